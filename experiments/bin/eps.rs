@@ -1,0 +1,3 @@
+//! Runs the experiment `eps`.
+
+fn main() {}

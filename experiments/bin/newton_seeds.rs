@@ -1,0 +1,3 @@
+//! Runs the experiment `newton_seeds`.
+
+fn main() {}

@@ -1,0 +1,3 @@
+//! Runs the experiment `photons`.
+
+fn main() {}

@@ -1,0 +1,6 @@
+//! One readable file per question, with its prediction.
+
+use crate::lab::experiment::Experiment;
+
+/// All experiments, in the order of the page.
+pub const ALL: &[Experiment] = &[];

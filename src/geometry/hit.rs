@@ -1,0 +1,72 @@
+//! Where a ray meets a surface.
+
+use super::ray::Ray;
+use glam::{DVec2, DVec3};
+
+/// A solution of ray = surface, before anything else is worked out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Ray parameter.
+    pub t: f64,
+    /// Piece of the profile (0 for shapes without pieces).
+    pub piece: u32,
+    /// Parameter within the piece, in [0, 1] (0 for shapes without a profile).
+    pub u: f64,
+}
+
+/// A point of a surface met by a ray, with all that shading and the next ray need.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter.
+    pub t: f64,
+    /// World point, put on the surface itself (not merely on the ray).
+    pub point: DVec3,
+    /// Unit geometric normal, on the surface's own side (outward for sphere and revolution); not turned towards the ray.
+    pub normal: DVec3,
+    /// Bound of the distance between `point` and the exact surface, world units.
+    pub error: f64,
+    /// Index of the object in the scene; a shape by itself says 0.
+    pub object: usize,
+    /// Piece of the profile (0 for shapes without pieces).
+    pub piece: u32,
+    /// Parameter within the piece, in [0, 1]; for other shapes the texture coordinate t of a sphere or s of a planar shape.
+    pub u: f64,
+    /// Azimuth atan2(x, z) in [0, 2π) for revolution and sphere, 0 for planar shapes.
+    pub theta: f64,
+    /// Texture coordinates (s, t); see the scene file's description.
+    pub st: DVec2,
+}
+
+/// The start of a next ray stands off the surface by this many bounds of the hit's error: one for the hit itself, one for the
+/// error of the same surface met again from nearby, and as much again for the rounding of the new origin.
+/// Below two the ray may start on the wrong side (experiment `eps` shows the cliff).
+pub const OFFSET_IN_ERRORS: f64 = 4.0;
+
+impl Hit {
+    /// The normal on the side from which `direction` arrives.
+    pub fn facing_normal(&self, direction: DVec3) -> DVec3 {
+        if self.normal.dot(direction) > 0.0 {
+            -self.normal
+        } else {
+            self.normal
+        }
+    }
+
+    /// The ray that leaves this point along `direction`, started on the side of the surface into which `direction` points.
+    ///
+    /// The start stands off along the normal by [`OFFSET_IN_ERRORS`] times the hit's error, so the ray cannot meet the same
+    /// sheet at once. Not promised: that a wall thinner than this offset is not jumped.
+    pub fn leave(&self, direction: DVec3) -> Ray {
+        let side = if self.normal.dot(direction) < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        Ray::new(self.offset(side * OFFSET_IN_ERRORS), direction)
+    }
+
+    /// The point moved along the normal by `errors` times the hit's error.
+    pub fn offset(&self, errors: f64) -> DVec3 {
+        self.point + errors * self.error * self.normal
+    }
+}

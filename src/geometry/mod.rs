@@ -1,0 +1,10 @@
+//! Rays, shapes and where they meet.
+
+pub mod bounds;
+pub mod hit;
+pub mod planar;
+pub mod profile;
+pub mod ray;
+pub mod revolution;
+pub mod shape;
+pub mod sphere;

@@ -1,0 +1,55 @@
+//! The ray.
+
+use glam::DVec3;
+
+/// The points `origin + t direction` with `t_min < t < t_max`.
+///
+/// `direction` need not be a unit vector; `t` is in units of `direction`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where t = 0.
+    pub origin: DVec3,
+    /// Change of the point for a change of 1 in t.
+    pub direction: DVec3,
+    /// Open lower end of the range of t.
+    pub t_min: f64,
+    /// Open upper end of the range of t; may be infinite.
+    pub t_max: f64,
+}
+
+impl Ray {
+    /// A ray with the range (0, ∞).
+    pub fn new(origin: DVec3, direction: DVec3) -> Self {
+        Self {
+            origin,
+            direction,
+            t_min: 0.0,
+            t_max: f64::INFINITY,
+        }
+    }
+
+    /// The same ray that ends before `t_max`.
+    #[must_use]
+    pub fn until(self, t_max: f64) -> Self {
+        Self { t_max, ..self }
+    }
+
+    /// The point at parameter `t`.
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + t * self.direction
+    }
+
+    /// Whether `t` lies in the open range.
+    pub fn contains(&self, t: f64) -> bool {
+        self.t_min < t && t < self.t_max
+    }
+
+    /// Whether a shape may be asked about this ray: finite origin, finite non-zero direction, and a range that is not NaN.
+    /// Every shape answers "no hit" to any other ray.
+    pub fn is_valid(&self) -> bool {
+        self.origin.is_finite()
+            && self.direction.is_finite()
+            && self.direction != DVec3::ZERO
+            && self.t_min < self.t_max
+    }
+}

@@ -1,0 +1,1 @@
+//! Roots of the degree-6 polynomial, isolated in Bernstein form: the default solver.

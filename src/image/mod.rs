@@ -1,0 +1,3 @@
+//! Pictures in files, and differences between pictures.
+
+pub mod picture;

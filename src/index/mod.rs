@@ -1,0 +1,1 @@
+//! Indices for fixed-radius search over points with radii of their own.

@@ -1,0 +1,3 @@
+//! The `photolathe` command.
+
+fn main() {}

@@ -1,0 +1,7 @@
+//! Numbers without pictures: keyed random numbers, polynomials, exact arithmetic, statistics, work counters.
+
+pub mod exact;
+pub mod polynomial;
+pub mod rng;
+pub mod statistics;
+pub mod work;

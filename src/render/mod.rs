@@ -1,0 +1,10 @@
+//! Pictures from scenes.
+
+pub mod antialias;
+pub mod driver;
+pub mod film;
+pub mod path;
+pub mod photon;
+pub mod scatter;
+pub mod settings;
+pub mod whitted;

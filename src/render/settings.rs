@@ -1,0 +1,70 @@
+//! Resolved settings of a render.
+
+use crate::scene::options::{Antialias, Integrator, RenderTable, Rule};
+use serde::Serialize;
+
+/// Everything that decides the bytes of a picture besides the scene, and the limits of the run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Settings {
+    /// Integrator.
+    pub integrator: Integrator,
+    /// Samples per pixel: all of them for `path` and `whitted`, fixed hit-point samples for `ppm`.
+    pub spp: u32,
+    /// Photon passes.
+    pub passes: u64,
+    /// Photons per pass.
+    pub photons: u64,
+    /// Share of new photons kept by a shrinking radius.
+    pub alpha: f64,
+    /// First gather radius; `None` takes it from the pixel footprint.
+    pub radius: Option<f64>,
+    /// Radius rule.
+    pub rule: Rule,
+    /// Antialiasing of `whitted`.
+    pub aa: Antialias,
+    /// Seed.
+    pub seed: u64,
+    /// Most scattering events; unlimited if `None`.
+    pub max_depth: Option<u32>,
+    /// Threads; all cores if `None`. Never changes a byte.
+    #[serde(skip)]
+    pub threads: Option<usize>,
+    /// Seconds after which no further pass starts.
+    #[serde(skip)]
+    pub time: Option<f64>,
+}
+
+impl Settings {
+    /// The settings of a table, with defaults where it is silent.
+    ///
+    /// Defaults: `ppm` with 4 camera samples, 64 passes of 100 000 photons, α = 2/3; `path` with 64 samples; `whitted` with
+    /// one and path-hash antialiasing. With `time` alone, passes and samples are unlimited.
+    pub fn resolve(table: &RenderTable) -> Self {
+        let integrator = table.integrator.unwrap_or(Integrator::Ppm);
+        let timed = table.time.is_some();
+        let spp = match integrator {
+            Integrator::Path if timed => u32::MAX,
+            Integrator::Path => 64,
+            Integrator::Ppm => 4,
+            Integrator::Whitted | Integrator::Sppm | Integrator::Pppm => 1,
+        };
+        let rule = match integrator {
+            Integrator::Pppm => Rule::Global,
+            _ => Rule::Local,
+        };
+        Self {
+            integrator,
+            spp: table.spp.unwrap_or(spp),
+            passes: table.passes.unwrap_or(if timed { u64::MAX } else { 64 }),
+            photons: table.photons.unwrap_or(100_000),
+            alpha: table.alpha.unwrap_or(2.0 / 3.0),
+            radius: table.radius,
+            rule: table.rule.unwrap_or(rule),
+            aa: table.aa.unwrap_or(Antialias::PathHash),
+            seed: table.seed.unwrap_or(0),
+            max_depth: table.max_depth,
+            threads: table.threads,
+            time: table.time,
+        }
+    }
+}

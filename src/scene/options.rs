@@ -1,0 +1,110 @@
+//! What a scene file or a command line may say about rendering.
+
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+/// How light is transported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integrator {
+    /// Recursive reflection and refraction with direct light (Whitted 1980).
+    Whitted,
+    /// Path tracing with next-event estimation (Kajiya 1986).
+    Path,
+    /// Progressive photon mapping, fixed hit points (Hachisuka, Ogaki and Jensen 2008).
+    Ppm,
+    /// Stochastic progressive photon mapping, new camera samples each pass (Hachisuka and Jensen 2009).
+    Sppm,
+    /// Probabilistic progressive photon mapping, one global radius (Knaus and Zwicker 2011).
+    Pppm,
+}
+
+/// How the gather radius shrinks from pass to pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rule {
+    /// By each hit point's own photon count: r'² = r² (N + αM)/(N + M).
+    Local,
+    /// One schedule for all: r'² = r² (i + α)/(i + 1).
+    Global,
+    /// Never.
+    Constant,
+}
+
+/// Antialiasing of the `whitted` renderer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Antialias {
+    /// One ray through each pixel's centre.
+    None,
+    /// Pixels whose path hash differs from a neighbour's are resampled 3×3.
+    PathHash,
+    /// Every pixel 3×3.
+    Uniform,
+}
+
+/// Name of a solver for surfaces of revolution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum SolverName {
+    /// Bernstein isolation of the degree-6 polynomial.
+    Bernstein,
+    /// Newton in three variables from many starts.
+    Newton,
+    /// Exact arithmetic (slow).
+    Exact,
+}
+
+/// The `[render]` table, and the flags of the same names. Absent keys are `None`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RenderTable {
+    /// Integrator.
+    pub integrator: Option<Integrator>,
+    /// Samples per pixel, ≥ 1.
+    pub spp: Option<u32>,
+    /// Photon passes, ≥ 1.
+    pub passes: Option<u64>,
+    /// Seconds after which no further pass starts, > 0.
+    pub time: Option<f64>,
+    /// Photons per pass, ≥ 0.
+    pub photons: Option<u64>,
+    /// Share of new photons kept, in (0, 1].
+    pub alpha: Option<f64>,
+    /// First gather radius in world units, > 0.
+    pub radius: Option<f64>,
+    /// Radius rule.
+    pub rule: Option<Rule>,
+    /// Antialiasing of `whitted`.
+    pub aa: Option<Antialias>,
+    /// Solver.
+    pub solver: Option<SolverName>,
+    /// Threads, ≥ 1.
+    pub threads: Option<usize>,
+    /// Seed of all random numbers.
+    pub seed: Option<u64>,
+    /// Most scattering events of a path, ≥ 0; unlimited if absent.
+    pub max_depth: Option<u32>,
+}
+
+impl RenderTable {
+    /// These values, and where absent those of `base`.
+    #[must_use]
+    pub fn or(self, base: &Self) -> Self {
+        Self {
+            integrator: self.integrator.or(base.integrator),
+            spp: self.spp.or(base.spp),
+            passes: self.passes.or(base.passes),
+            time: self.time.or(base.time),
+            photons: self.photons.or(base.photons),
+            alpha: self.alpha.or(base.alpha),
+            radius: self.radius.or(base.radius),
+            rule: self.rule.or(base.rule),
+            aa: self.aa.or(base.aa),
+            solver: self.solver.or(base.solver),
+            threads: self.threads.or(base.threads),
+            seed: self.seed.or(base.seed),
+            max_depth: self.max_depth.or(base.max_depth),
+        }
+    }
+}

@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 all is well, 1 a comparison or claim failed, 2 bad input or trouble. Data go to stdout, talk to stderr.
 
+pub mod compare;
 pub mod intersect;
 pub mod render;
 mod resources;
@@ -36,6 +37,8 @@ enum Command {
     Render(render::RenderArgs),
     /// Intersect a list of rays with a scene.
     Intersect(intersect::IntersectArgs),
+    /// Compare two pictures; the second is the reference.
+    Compare(compare::CompareArgs),
 }
 
 /// Runs the command line and gives the exit code.
@@ -44,6 +47,7 @@ pub fn main() -> ExitCode {
     let result = match &arguments.command {
         Command::Render(args) => render::run(args),
         Command::Intersect(args) => intersect::run(args),
+        Command::Compare(args) => compare::run(args),
     };
     result.unwrap_or_else(|error| {
         eprintln!("photolathe: {error:#}");

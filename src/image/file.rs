@@ -1,0 +1,25 @@
+//! Whole files, or none: written under a temporary name in the same directory, then renamed.
+
+use std::io::Write as _;
+use std::path::Path;
+
+/// Writes `bytes` to `path` so that no reader, and no crash, ever sees a part of them. Makes the directory if it is absent.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(directory)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".photolathe-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        // The usual mode of a new file (the process's mask applies), not the private one of a temporary file.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(directory)?;
+    file.write_all(bytes)?;
+    file.persist(path).map_err(|error| error.error)?;
+    Ok(())
+}

@@ -73,7 +73,8 @@ pub fn run(args: &IntersectArgs) -> anyhow::Result<ExitCode> {
         )?,
         Some(path) => stream_atomically(path, |file| {
             intersect_all(&scene, args, &pool, &mut io::BufWriter::new(file))
-        })?,
+        })
+        .with_context(|| path.display().to_string())?,
     }
     Ok(ExitCode::SUCCESS)
 }

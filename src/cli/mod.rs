@@ -38,15 +38,15 @@ enum Command {
     /// Intersect a list of rays with a scene.
     Intersect(intersect::IntersectArgs),
     /// Compare two pictures; the second is the reference.
-    Compare(compare::CompareArgs),
+    Compare(compare::Args),
 }
 
 /// Runs the command line and gives the exit code.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let result = match &arguments.command {
-        Command::Render(args) => render::run(args),
-        Command::Intersect(args) => intersect::run(args),
+    let result = match arguments.command {
+        Command::Render(args) => render::run(&args),
+        Command::Intersect(args) => intersect::run(&args),
         Command::Compare(args) => compare::run(args),
     };
     result.unwrap_or_else(|error| {

@@ -86,8 +86,11 @@ impl<'a> Whitted<'a> {
             .collect();
         let mut work = rows.iter().map(|row| row.1).fold(Work::default(), join);
         let hashes: Vec<u64> = rows.into_iter().flat_map(|row| row.0).collect();
-        let resampled = &*self.resampled.get_or_insert_with(|| mask(&hashes, width));
+        if hashing {
+            self.resampled = Some(mask(&hashes, width));
+        }
         let this = &*self;
+        let resampled = this.resampled().unwrap_or_default();
         let rows = film
             .pixels_mut()
             .par_chunks_mut(width)

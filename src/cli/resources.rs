@@ -2,18 +2,18 @@
 
 /// What the process has used. `None` where the system does not say (anything but Linux).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Used {
+pub(super) struct Used {
     /// CPU seconds of all threads, user and system, in steps of 0.01.
-    pub cpu_s: Option<f64>,
+    pub(super) cpu_s: Option<f64>,
     /// Greatest resident memory, bytes.
-    pub peak_bytes: Option<u64>,
+    pub(super) peak_bytes: Option<u64>,
 }
 
 /// Ticks per second of /proc: fixed at 100 by the kernel's interface on every common platform.
 const TICKS_PER_SECOND: f64 = 100.0;
 
 /// What the process has used so far.
-pub fn used() -> Used {
+pub(super) fn used() -> Used {
     let stat = std::fs::read_to_string("/proc/self/stat").ok();
     let status = std::fs::read_to_string("/proc/self/status").ok();
     Used {

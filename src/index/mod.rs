@@ -1,1 +1,111 @@
-//! Indices for fixed-radius search over points with radii of their own.
+//! Indices for fixed-radius search over balls: points with radii of their own.
+//!
+//! A query asks for every ball that covers a point. The predicate is one and the same for every index, and exact in f64: ball i
+//! covers q if `(q − c_i)·(q − c_i) ≤ r_i²`, evaluated as written, the border included. So every index gives the same set, to the
+//! last borderline case; the linear scan is the oracle.
+//!
+//! [`BallIndex::join`] asks for many queries at once and hands each ball its queries in rising order, so that a sum over them
+//! does not depend on the index or the number of threads.
+
+pub mod kdtree;
+pub mod linear;
+
+use crate::numeric::work::Work;
+use glam::DVec3;
+
+/// Why balls cannot be indexed.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum IndexError {
+    /// A centre has a coordinate that is NaN or infinite.
+    #[error("the centre of ball {0} is not finite")]
+    Center(usize),
+    /// A squared radius is negative or NaN (infinity is allowed: such a ball covers everything).
+    #[error("the squared radius of ball {0} is negative or not a number")]
+    Radius(usize),
+    /// The numbers of centres and radii differ.
+    #[error("{centers} centres, but {radii} radii")]
+    Count {
+        /// Number of centres.
+        centers: usize,
+        /// Number of radii.
+        radii: usize,
+    },
+    /// Items are numbered by 32 bits.
+    #[error("{0} balls are more than an index can number")]
+    TooMany(usize),
+}
+
+/// Closed balls, validated: finite centres, squared radii ≥ 0 (∞ allowed), fewer than 2³² of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Balls {
+    centers: Vec<DVec3>,
+    radii_squared: Vec<f64>,
+}
+
+impl Balls {
+    /// The balls of these centres and **squared** radii (radius rules work in squares, and squaring a root would round).
+    ///
+    /// # Errors
+    /// A centre or radius outside the ranges above, or numbers of them that differ.
+    pub fn new(centers: Vec<DVec3>, radii_squared: Vec<f64>) -> Result<Self, IndexError> {
+        if centers.len() >= u32::MAX as usize {
+            return Err(IndexError::TooMany(centers.len()));
+        }
+        if let Some(item) = centers.iter().position(|center| !center.is_finite()) {
+            return Err(IndexError::Center(item));
+        }
+        check_radii(centers.len(), &radii_squared)?;
+        Ok(Self {
+            centers,
+            radii_squared,
+        })
+    }
+
+    /// Number of balls.
+    pub fn len(&self) -> usize {
+        self.centers.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.centers.is_empty()
+    }
+
+    /// Whether ball `item` covers `query`.
+    pub fn covers(&self, item: usize, query: DVec3) -> bool {
+        covers(self.centers[item], self.radii_squared[item], query)
+    }
+}
+
+/// The predicate of every index. A query with a NaN is covered by nothing.
+fn covers(center: DVec3, radius_squared: f64, query: DVec3) -> bool {
+    (query - center).length_squared() <= radius_squared
+}
+
+fn check_radii(centers: usize, radii_squared: &[f64]) -> Result<(), IndexError> {
+    if centers != radii_squared.len() {
+        return Err(IndexError::Count {
+            centers,
+            radii: radii_squared.len(),
+        });
+    }
+    match radii_squared.iter().position(|&square| !(square >= 0.0)) {
+        Some(item) => Err(IndexError::Radius(item)),
+        None => Ok(()),
+    }
+}
+
+/// Fixed-radius search over [`Balls`].
+pub trait BallIndex {
+    /// Calls `found` with every ball that covers `query`, in an order that depends on the balls and the query only.
+    fn visit(&self, query: DVec3, work: &mut Work, found: &mut dyn FnMut(usize));
+
+    /// Calls `gather` for every ball that covers at least one query, with the ball and the indices of its queries in rising
+    /// order, and returns its answers in the order of the balls; the others have `T::default()`. At most 2³² − 1 queries.
+    ///
+    /// Runs on the current rayon pool; the answers do not depend on the number of threads.
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    where
+        T: Copy + Default + Send,
+        G: Fn(usize, &[u32]) -> T + Sync;
+}

@@ -37,3 +37,15 @@ pub struct Phases {
     /// Gathering.
     pub gather: f64,
 }
+
+impl Phases {
+    /// The phases with their names.
+    pub fn named(&self) -> Vec<(&'static str, f64)> {
+        vec![
+            ("camera", self.camera),
+            ("trace", self.trace),
+            ("build", self.build),
+            ("gather", self.gather),
+        ]
+    }
+}

@@ -1,0 +1,52 @@
+//! The linear scan: every query against every ball. The oracle of the other indices.
+
+use super::{BallIndex, Balls};
+use crate::numeric::work::Work;
+use glam::DVec3;
+
+/// Balls without any structure.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    balls: Balls,
+}
+
+impl Linear {
+    /// An index over the balls.
+    pub fn new(balls: Balls) -> Self {
+        Self { balls }
+    }
+}
+
+impl BallIndex for Linear {
+    fn visit(&self, query: DVec3, work: &mut Work, found: &mut dyn FnMut(usize)) {
+        work.index_visits += 1;
+        work.index_tests += self.balls.len() as u64;
+        (0..self.balls.len())
+            .filter(|&item| self.balls.covers(item, query))
+            .for_each(found);
+    }
+
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    where
+        T: Copy + Default + Send,
+        G: Fn(usize, &[u32]) -> T + Sync,
+    {
+        work.index_visits += queries.len() as u64;
+        work.index_tests += (self.balls.len() * queries.len()) as u64;
+        let mut covered: Vec<u32> = Vec::new();
+        (0..self.balls.len())
+            .map(|item| {
+                covered.clear();
+                covered.extend(
+                    (0..queries.len() as u32)
+                        .filter(|&query| self.balls.covers(item, queries[query as usize])),
+                );
+                if covered.is_empty() {
+                    T::default()
+                } else {
+                    gather(item, &covered)
+                }
+            })
+            .collect()
+    }
+}

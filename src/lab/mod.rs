@@ -3,5 +3,10 @@
 pub mod claim;
 pub mod difference;
 pub mod experiment;
+pub mod machine;
 pub mod page;
 pub mod plot;
+pub mod progress;
+pub mod record;
+pub mod runner;
+pub mod table;

@@ -1,5 +1,6 @@
 //! The laboratory: experiments, claims, goldens and the page that shows them.
 
+mod axis;
 pub mod claim;
 pub mod difference;
 pub mod experiment;
@@ -9,4 +10,5 @@ pub mod plot;
 pub mod progress;
 pub mod record;
 pub mod runner;
+pub mod svg;
 pub mod table;

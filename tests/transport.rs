@@ -82,7 +82,7 @@ fn assert_mean(film: &Film, expected: Rgb, effect: f64) {
 
 #[test]
 fn a_furnace_glows_with_the_sum_of_all_bounces() {
-    assert_mean(&path(FURNACE, 2000, &[]), Rgb::new(2.0, 2.0, 5.0), 0.01);
+    assert_mean(&path(FURNACE, 1000, &[]), Rgb::new(2.0, 2.0, 5.0), 0.02);
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn a_furnace_of_diffuse_mirrors_glows_as_their_sum_says() {
             wall,
             "mirror = { reflectance = [0.2, 0.2, 0.5] }\nemission = ",
         );
-    assert_mean(&path(&text, 2000, &[]), Rgb::new(2.0, 2.0, 5.0), 0.01);
+    assert_mean(&path(&text, 1000, &[]), Rgb::new(2.0, 2.0, 5.0), 0.02);
 }
 
 #[test]
@@ -114,9 +114,9 @@ fn a_furnace_seen_from_the_side_that_does_not_emit_is_black() {
         Rgb::ZERO
     );
     assert_mean(
-        &path(&FURNACE.replace("\"back\"", "\"both\""), 2000, &[]),
+        &path(&FURNACE.replace("\"back\"", "\"both\""), 1000, &[]),
         Rgb::new(2.0, 2.0, 5.0),
-        0.01,
+        0.02,
     );
 }
 
@@ -264,7 +264,9 @@ center = [0, 0, 0]
 radius = 1
 material = "glass"
 "#;
-    assert_mean(&path(text, 200, &[]), Rgb::ONE, 0.01);
+    // All paths carry 1 but the few that roulette touches, one in a thousand: far from normal, so no z.
+    let mean = path(text, 200, &[]).mean().x;
+    assert!((mean - 1.0).abs() < 1e-3, "{mean}");
     let mean = outcome(text, by(Integrator::Whitted, 1), &[]).film.mean().x;
     assert!(
         (mean - 1.0).abs() < 2e-3,
@@ -308,13 +310,9 @@ material = "lamp"
     });
     assert!((expected[0] - 0.923_076_923).abs() < 1e-9);
     assert_mean(&path(text, 20_000, &[]), Rgb::from_array(expected), 0.05);
-    let whitted = outcome(text, by(Integrator::Whitted, 1), &[]).film.mean();
-    for channel in 0..3 {
-        assert!(
-            (whitted[channel] / expected[channel] - 1.0).abs() < 1e-4,
-            "{whitted} against {expected:?}"
-        );
-    }
+    // Two reflections inside weigh 0.0015, so roulette decides about them: 2000 passes.
+    let whitted = outcome(text, by(Integrator::Whitted, 2000), &[]).film;
+    assert_mean(&whitted, Rgb::from_array(expected), 0.01);
 }
 
 /// A room with every material, for comparisons without a closed form.

@@ -11,6 +11,7 @@ use super::profile::{Piece, Profile};
 use super::ray::Ray;
 use super::sphere::azimuth;
 use crate::numeric::work::Work;
+use bernstein::Undecided;
 use glam::{DVec2, DVec3};
 use newton::NewtonSettings;
 pub use placement::Placement;
@@ -32,6 +33,7 @@ pub struct Revolution {
     profile: Profile,
     placement: Placement,
     cylinder: Cylinder,
+    prepared: bernstein::Prepared,
     /// Bound of the distance of a computed surface point from the surface, world units.
     error: f64,
 }
@@ -42,6 +44,7 @@ impl Revolution {
         let cylinder = Cylinder::of(&profile);
         let error = point_error(&profile, &placement);
         Self {
+            prepared: bernstein::Prepared::new(&profile),
             profile,
             placement,
             cylinder,
@@ -66,24 +69,39 @@ impl Revolution {
 
     /// The nearest crossing inside the ray's open range.
     pub fn nearest(&self, ray: &Ray, solver: &Solver, work: &mut Work) -> Option<Crossing> {
-        let (local, _) = self.enter(ray, work)?;
+        let (local, interval) = self.enter(ray, work)?;
         match solver {
-            Solver::Bernstein | Solver::Exact => exact::crossings(&self.profile, &local),
-            Solver::Newton(settings) => newton::crossings(&self.profile, settings, &local, work),
+            Solver::Bernstein => self
+                .prepared
+                .nearest(&local, interval, work)
+                .unwrap_or_else(|Undecided| self.exactly(&local, work).first().copied()),
+            Solver::Newton(settings) => newton::crossings(&self.profile, settings, &local, work)
+                .first()
+                .copied(),
+            Solver::Exact => exact::crossings(&self.profile, &local).first().copied(),
         }
-        .first()
-        .copied()
     }
 
     /// Every crossing inside the ray's open range, by rising t.
     pub fn crossings(&self, ray: &Ray, solver: &Solver, work: &mut Work) -> Vec<Crossing> {
-        let Some((local, _)) = self.enter(ray, work) else {
+        let Some((local, interval)) = self.enter(ray, work) else {
             return Vec::new();
         };
         match solver {
-            Solver::Bernstein | Solver::Exact => exact::crossings(&self.profile, &local),
+            Solver::Bernstein => self
+                .prepared
+                .crossings(&local, interval, work)
+                .unwrap_or_else(|Undecided| self.exactly(&local, work)),
             Solver::Newton(settings) => newton::crossings(&self.profile, settings, &local, work),
+            Solver::Exact => exact::crossings(&self.profile, &local),
         }
+    }
+
+    /// What the f64 solver could not decide.
+    #[cold]
+    fn exactly(&self, local: &Ray, work: &mut Work) -> Vec<Crossing> {
+        work.solver_fallbacks += 1;
+        exact::crossings(&self.profile, local)
     }
 
     /// The ray in the profile's frame with its interval in the bounding cylinder, if it may meet the surface at all.

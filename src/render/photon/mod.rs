@@ -300,6 +300,11 @@ impl<'a> PhotonMapper<'a> {
 impl Phases {
     /// The phases with their names.
     pub fn named(&self) -> Vec<(&'static str, f64)> {
-        vec![("camera", self.camera), ("trace", self.trace), ("build", self.build), ("gather", self.gather)]
+        vec![
+            ("camera", self.camera),
+            ("trace", self.trace),
+            ("build", self.build),
+            ("gather", self.gather),
+        ]
     }
 }

@@ -284,7 +284,7 @@ fn photons_in_the_nadir_disc_are_binomial() {
     assert!((variance / expected - 1.0).abs() < 6.0 * (2.0_f64 / 399.0).sqrt());
 }
 
-/// E(0) (1 − ¾R² + …) exactly: ρ/π · 2/R² (1 − 1/√(1 + R²)); at R = 0.3 it is 6.3 % below E(0), and 5 % would be seen.
+/// E(0) (1 − ¾R² + …) exactly: ρ/π · 2/R² (1 − 1/√(1 + R²)); at R = 0.3 it is 6.3 % below E(0), and 6 % would be seen.
 #[test]
 fn the_kernel_mean_at_the_nadir_has_its_closed_form() {
     for (integrator, rule) in [
@@ -305,7 +305,7 @@ fn the_kernel_mean_at_the_nadir_has_its_closed_form() {
                 square *= (f64::from(i) + settings.alpha) / (f64::from(i) + 1.0);
             }
         }
-        assert_mean(&means, expected, 0.05);
+        assert_mean(&means, expected, 0.06);
     }
 }
 

@@ -1,5 +1,7 @@
 //! One readable file per question, with its prediction.
 
+pub mod cup;
+
 use crate::lab::experiment::Experiment;
 
 /// All experiments, in the order of the page.

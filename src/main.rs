@@ -1,3 +1,7 @@
-//! The `photolathe` command.
+//! The `photolathe` command: see `src/cli/` for its subcommands.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    photolathe::cli::main()
+}

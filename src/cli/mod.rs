@@ -1,1 +1,66 @@
-//! The command line.
+//! The command line: one file per subcommand.
+//!
+//! Exit codes: 0 all is well, 1 a comparison or claim failed, 2 bad input or trouble. Data go to stdout, talk to stderr.
+
+pub mod compare;
+pub mod intersect;
+pub mod render;
+mod resources;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Exit code of bad input and trouble.
+pub const TROUBLE: u8 = 2;
+
+/// A verification-focused research testbed for the algorithms of a small photon-mapping ray tracer.
+#[derive(Debug, Parser)]
+#[command(
+    name = "photolathe",
+    version,
+    after_help = "\
+Start with:
+  photolathe verify                        all experiments at smoke effort, a table of claims, out/verify/index.html
+  photolathe render scenes/cup.toml        the cup of glass by progressive photon mapping, out/cup.png and out/cup.exr
+  photolathe inspect scenes/cup.toml       what the program understood of a scene
+
+Exit codes: 0 fine, 1 a comparison or claim failed, 2 bad input or trouble."
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene to EXR and PNG.
+    Render(render::RenderArgs),
+    /// Intersect a list of rays with a scene.
+    Intersect(intersect::IntersectArgs),
+    /// Compare two pictures; the second is the reference.
+    Compare(compare::Args),
+}
+
+/// Runs the command line and gives the exit code.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Command::Render(args) => render::run(&args),
+        Command::Intersect(args) => intersect::run(&args),
+        Command::Compare(args) => compare::run(args),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("photolathe: {error:#}");
+        ExitCode::from(TROUBLE)
+    })
+}
+
+/// `--set KEY=VALUE` as a pair.
+pub(crate) fn parse_override(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => {
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("expected KEY=VALUE, for example film.width=64".to_owned()),
+    }
+}

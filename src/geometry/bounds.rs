@@ -1,5 +1,8 @@
 //! Bounding volumes: axis-aligned box and the cylinder around a profile.
 
+use super::profile::Profile;
+use super::ray::Ray;
+use crate::numeric::polynomial::{cubic, cubic_extrema};
 use glam::DVec3;
 
 /// Axis-aligned box.
@@ -9,4 +12,114 @@ pub struct Aabb {
     pub min: DVec3,
     /// Corner of greatest coordinates.
     pub max: DVec3,
+}
+
+/// The solid cylinder about the y axis that holds a revolved profile, in the profile's own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder {
+    /// Radius, ≥ 0.
+    pub radius: f64,
+    /// Least height.
+    pub bottom: f64,
+    /// Greatest height.
+    pub top: f64,
+}
+
+/// Least and greatest value of a cubic on [0, 1], widened by the rounding of its evaluation.
+///
+/// The value at a computed extremum differs from the true one by the square of the parameter's error, which is far below the
+/// ten roundings of the coefficients' size that [`cubic`] may cost.
+pub fn cubic_range(c: &[f64; 4]) -> (f64, f64) {
+    let size = c.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    let slack = 8.0 * f64::EPSILON * size + f64::from_bits(8);
+    let ends = (c[0].min(c[3]), c[0].max(c[3]));
+    cubic_extrema(c)
+        .into_iter()
+        .map(|u| cubic(c, u).0)
+        .fold(ends, |(low, high), x| {
+            (low.min(x - slack), high.max(x + slack))
+        })
+}
+
+impl Cylinder {
+    /// The tight cylinder of a profile: from the roots of r′ and h′, not from the control polygon.
+    pub fn of(profile: &Profile) -> Self {
+        let empty = Self {
+            radius: 0.0,
+            bottom: f64::INFINITY,
+            top: f64::NEG_INFINITY,
+        };
+        profile.pieces().iter().fold(empty, |bound, piece| {
+            let (inner, outer) = cubic_range(&piece.radius);
+            let (bottom, top) = cubic_range(&piece.height);
+            Self {
+                // Where r < 0 the surface is that of |r|.
+                radius: bound.radius.max(inner.abs()).max(outer.abs()),
+                bottom: bound.bottom.min(bottom),
+                top: bound.top.max(top),
+            }
+        })
+    }
+
+    /// An interval of t that holds every point the ray's line shares with the cylinder, or `None` if there is certainly none.
+    ///
+    /// Conservative: every bound is moved outward by more than its rounding, so no point of the closed cylinder is ever lost,
+    /// whether the ray is parallel to the axis, touches the wall, starts inside, or comes from far away. The ray's range is not
+    /// looked at.
+    #[inline]
+    pub fn interval(&self, ray: &Ray) -> Option<(f64, f64)> {
+        let (o, d) = (ray.origin, ray.direction);
+        let (low, high) = slab(self.bottom, self.top, o.y, d.y)?;
+        let wide = d.x.abs().max(d.z.abs());
+        let reach = o.x.abs().max(o.z.abs());
+        if wide == 0.0 {
+            let distance = length(o.x, o.z);
+            return (distance <= self.radius * (1.0 + MARGIN)).then_some((low, high));
+        }
+        // Along the horizontal unit direction e: nearest to the axis at arc length −o·e, at the distance |o × e|.
+        let (x, z) = (d.x / wide, d.z / wide);
+        let norm = (x * x + z * z).sqrt();
+        let (x, z) = (x / norm, z / norm);
+        let slack = MARGIN * (reach + self.radius);
+        let distance = (o.x * z - o.z * x).abs() - slack;
+        let radius = self.radius + slack;
+        if distance > radius {
+            return None;
+        }
+        let near = distance.max(0.0);
+        let half =
+            (radius - near).max(0.0).sqrt() * (radius + near).sqrt() * (1.0 + MARGIN) + slack;
+        let middle = -(o.x * x + o.z * z);
+        let speed = wide * norm;
+        let (enter, leave) = outward((middle - half) / speed, (middle + half) / speed);
+        let (low, high) = (low.max(enter), high.min(leave));
+        // Not `low > high`: a NaN from overflowing input must not cull.
+        if high < low { None } else { Some((low, high)) }
+    }
+}
+
+/// Relative outward move of every bound: each is the result of fewer than 16 roundings.
+const MARGIN: f64 = 16.0 * f64::EPSILON;
+
+/// The interval of t where `bottom ≤ o + t d ≤ top`, moved outward.
+#[inline]
+fn slab(bottom: f64, top: f64, o: f64, d: f64) -> Option<(f64, f64)> {
+    if d == 0.0 {
+        return (bottom <= o && o <= top).then_some((f64::NEG_INFINITY, f64::INFINITY));
+    }
+    let (a, b) = ((bottom - o) / d, (top - o) / d);
+    Some(outward(a.min(b), a.max(b)))
+}
+
+/// Below the normal numbers roundings are absolute, hence the least normal number.
+#[inline]
+fn outward(low: f64, high: f64) -> (f64, f64) {
+    let down = MARGIN * low.abs() + f64::MIN_POSITIVE;
+    let up = MARGIN * high.abs() + f64::MIN_POSITIVE;
+    (low - down, high + up)
+}
+
+/// √(x² + z²) without over- or underflow.
+fn length(x: f64, z: f64) -> f64 {
+    libm::hypot(x, z)
 }

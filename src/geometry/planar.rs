@@ -37,7 +37,7 @@ pub struct Disc {
 }
 
 /// Parameter of the ray's crossing with the plane through `point`, if it lies inside the ray's open range.
-/// A ray in or parallel to the plane has none.
+/// A ray in or parallel to the plane has none. The normal may have any length.
 fn plane_crossing(ray: &Ray, point: DVec3, normal: DVec3) -> Option<f64> {
     if !ray.is_valid() {
         return None;
@@ -86,7 +86,7 @@ impl Quad {
 
     /// The crossing inside the ray's open range; the border belongs to the quad.
     pub fn nearest(&self, ray: &Ray) -> Option<Crossing> {
-        let t = plane_crossing(ray, self.corner, self.normal())?;
+        let t = plane_crossing(ray, self.corner, self.edge_u.cross(self.edge_v))?;
         let st = self.coordinates(ray.at(t));
         let inside = (0.0..=1.0).contains(&st.x) && (0.0..=1.0).contains(&st.y);
         inside.then(|| crossing(t))

@@ -61,9 +61,12 @@ impl Sphere {
         if below < 0.0 {
             return None;
         }
+        if below == 0.0 {
+            return Some((b / a / scale, b / a / scale));
+        }
         let q = b + b.signum() * (a * below).sqrt();
         let c = (f.length() - r) * (f.length() + r);
-        let (t0, t1) = if q == 0.0 { (0.0, 0.0) } else { (c / q, q / a) };
+        let (t0, t1) = (c / q, q / a);
         Some((t0.min(t1) / scale, t0.max(t1) / scale))
     }
 

@@ -34,6 +34,8 @@ work! {
     solver_calls,
     /// Newton or bracketing steps inside the solver of revolution surfaces.
     solver_iterations,
+    /// Rays that the Bernstein solver could not decide in f64 and gave to the exact one.
+    solver_fallbacks,
     /// Nodes (or leaves) of the point index visited.
     index_visits,
     /// Points of the index tested against a query.

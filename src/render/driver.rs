@@ -1,9 +1,14 @@
 //! The driver: passes in order, threads, progress, limits.
 
 use super::film::Film;
+use super::path::PathTracer;
+use super::photon::{Phases, PhotonMapper};
 use super::settings::Settings;
+use super::whitted::Whitted;
 use crate::numeric::work::Work;
 use crate::scene::Scene;
+use crate::scene::options::Integrator;
+use std::time::Instant;
 
 /// Why a picture cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -11,6 +16,9 @@ pub enum RenderError {
     /// The integrator and the scene do not go together.
     #[error("{0}")]
     Unsupported(String),
+    /// The threads could not be started.
+    #[error("cannot start the threads: {0}")]
+    Threads(String),
 }
 
 /// Where a render stands after a pass.
@@ -51,11 +59,99 @@ pub struct Outcome {
 }
 
 /// Renders; `monitor` is called after every pass and may stop the run.
+///
+/// The picture depends on the scene, the settings and the number of passes done, never on threads or time.
 pub fn render(
     scene: &Scene,
     settings: &Settings,
-    monitor: &mut dyn FnMut(&Progress) -> Control,
+    monitor: &mut (dyn FnMut(&Progress) -> Control + Send),
 ) -> Result<Outcome, RenderError> {
-    let _ = (scene, settings, monitor);
-    todo!()
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(settings.threads.unwrap_or(0))
+        .build()
+        .map_err(|error| RenderError::Threads(error.to_string()))?
+        .install(|| run(scene, settings, monitor))
+}
+
+/// Renders without watching.
+pub fn render_unwatched(scene: &Scene, settings: &Settings) -> Result<Outcome, RenderError> {
+    render(scene, settings, &mut |_| Control::Continue)
+}
+
+enum Engine<'a> {
+    Whitted(Whitted<'a>),
+    Path(PathTracer<'a>),
+    Photon(Box<PhotonMapper<'a>>),
+}
+
+impl<'a> Engine<'a> {
+    fn new(scene: &'a Scene, settings: &'a Settings) -> Result<Self, RenderError> {
+        Ok(match settings.integrator {
+            Integrator::Whitted => Self::Whitted(Whitted::new(scene, settings)),
+            Integrator::Path => Self::Path(PathTracer::new(scene, settings)),
+            Integrator::Ppm | Integrator::Sppm | Integrator::Pppm => {
+                Self::Photon(Box::new(PhotonMapper::new(scene, settings)?))
+            }
+        })
+    }
+
+    fn planned(&self, settings: &Settings) -> u64 {
+        match self {
+            Self::Whitted(_) | Self::Path(_) if settings.spp == u32::MAX => u64::MAX,
+            Self::Whitted(_) | Self::Path(_) => u64::from(settings.spp),
+            Self::Photon(_) => settings.passes,
+        }
+    }
+
+    fn pass(&mut self, pass: u64, film: &mut Film, phases: &mut Phases) -> Work {
+        match self {
+            Self::Whitted(whitted) => timed(&mut phases.camera, || whitted.pass(pass, film)),
+            Self::Path(path) => timed(&mut phases.camera, || path.pass(pass, film)),
+            Self::Photon(mapper) => mapper.pass(pass, film, phases),
+        }
+    }
+}
+
+fn run(
+    scene: &Scene,
+    settings: &Settings,
+    monitor: &mut (dyn FnMut(&Progress) -> Control + Send),
+) -> Result<Outcome, RenderError> {
+    let start = Instant::now();
+    let mut engine = Engine::new(scene, settings)?;
+    let planned = engine.planned(settings);
+    let mut film = Film::new(scene.film);
+    let mut work = Work::default();
+    let mut phases = Phases::default();
+    let mut done = 0;
+    while done < planned {
+        work += engine.pass(done, &mut film, &mut phases);
+        done += 1;
+        let seconds = start.elapsed().as_secs_f64();
+        let progress = Progress {
+            done,
+            planned,
+            seconds,
+            work,
+            film: &film,
+        };
+        let out_of_time = settings.time.is_some_and(|limit| seconds >= limit);
+        if monitor(&progress) == Control::Stop || out_of_time {
+            break;
+        }
+    }
+    Ok(Outcome {
+        film,
+        work,
+        passes: done,
+        phases: phases.named(),
+    })
+}
+
+/// Runs `work` and adds its seconds to `phase`.
+pub(crate) fn timed<T>(phase: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *phase += start.elapsed().as_secs_f64();
+    result
 }

@@ -1,1 +1,273 @@
-//! To come.
+//! The path tracer: the reference that the other renderers are checked against.
+//!
+//! Kajiya, "The rendering equation" (1986), with next-event estimation, multiple importance sampling of light and material
+//! (balance heuristic, Veach and Guibas 1995) and Russian roulette that keeps the mean. Paths have no length limit unless
+//! the settings give one.
+
+use super::film::Film;
+use super::scatter::{Interface, Lobes, reflect};
+use super::settings::Settings;
+use crate::geometry::hit::Hit;
+use crate::geometry::ray::Ray;
+use crate::numeric::rng::{Purpose, Stream};
+use crate::numeric::work::Work;
+use crate::scene::light::{Emitter, Light};
+use crate::scene::sampling::{cosine_density, cosine_hemisphere};
+use crate::scene::{Rgb, Scene};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Scattering events before roulette begins: short paths carry most of the light.
+const EVENTS_BEFORE_ROULETTE: u32 = 4;
+
+/// Paths end with at least this probability per event once roulette plays, so that a room without absorption ends too.
+const LEAST_DEATH: f64 = 0.01;
+
+/// A path tracer between passes; a pass is one sample of every pixel.
+pub struct PathTracer<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    medium_of_eye: Option<usize>,
+}
+
+impl<'a> PathTracer<'a> {
+    /// Prepares the first pass.
+    pub fn new(scene: &'a Scene, settings: &'a Settings) -> Self {
+        let medium_of_eye = scene.medium_at(scene.camera.eye(), &mut Work::default());
+        Self {
+            scene,
+            settings,
+            medium_of_eye,
+        }
+    }
+
+    /// Adds one sample to every pixel.
+    pub fn pass(&self, pass: u64, film: &mut Film) -> Work {
+        let size = film.size();
+        let width = size.width as usize;
+        let pixels = width as u64 * u64::from(size.height);
+        let extent = DVec2::new(f64::from(size.width), f64::from(size.height));
+        let rows = film
+            .pixels_mut()
+            .par_chunks_mut(width)
+            .enumerate()
+            .map(|(y, row)| {
+                let mut work = Work::default();
+                for (x, pixel) in row.iter_mut().enumerate() {
+                    let index = pass * pixels + (y * width + x) as u64;
+                    let mut stream = Stream::new(self.settings.seed, Purpose::Camera, index);
+                    let place =
+                        DVec2::new(x as f64 + stream.uniform(), y as f64 + stream.uniform());
+                    let ray = self.scene.camera.ray(place, extent, stream.uniform2());
+                    pixel.add(self.radiance(ray, &mut stream, &mut work));
+                }
+                work
+            });
+        rows.reduce(Work::default, |mut a, b| {
+            a += b;
+            a
+        })
+    }
+
+    /// One sample of the radiance that arrives at the ray's origin against its unit direction.
+    pub fn radiance(&self, ray: Ray, stream: &mut Stream, work: &mut Work) -> Rgb {
+        work.camera_rays += 1;
+        let mut walk = Walk {
+            scene: self.scene,
+            ray,
+            medium: self.medium_of_eye,
+            throughput: Rgb::ONE,
+            index_squared: 1.0,
+            scattered: None,
+            radiance: Rgb::ZERO,
+        };
+        let mut events = 0;
+        while let Some(hit) = walk.arrive(work) {
+            if self.settings.max_depth.is_some_and(|limit| events >= limit) {
+                break;
+            }
+            if !walk.scatter(&hit, stream, work) {
+                break;
+            }
+            events += 1;
+            if events >= EVENTS_BEFORE_ROULETTE && !walk.survives(stream) {
+                break;
+            }
+            work.scattered_rays += 1;
+        }
+        walk.radiance
+    }
+}
+
+/// The last diffuse scattering: what the chance of meeting a light by it depends on.
+#[derive(Clone, Copy)]
+struct Scattered {
+    /// Where the ray started.
+    from: DVec3,
+    /// Density per solid angle of its direction.
+    density: f64,
+}
+
+/// A camera path in the making.
+struct Walk<'a> {
+    scene: &'a Scene,
+    ray: Ray,
+    medium: Option<usize>,
+    throughput: Rgb,
+    /// Product of the radiance scales passed, divided out where roulette weighs the path.
+    index_squared: f64,
+    /// `None` after the camera or a specular event, when lights are met by the path alone.
+    scattered: Option<Scattered>,
+    radiance: Rgb,
+}
+
+impl Walk<'_> {
+    /// Follows the ray to its hit and adds the light met there. `None` where the path has left the scene.
+    fn arrive(&mut self, work: &mut Work) -> Option<Hit> {
+        let Some(hit) = self.scene.intersect(&self.ray, work) else {
+            self.radiance += self.throughput * self.scene.background;
+            return None;
+        };
+        self.throughput *= self.scene.transmittance(self.medium, hit.t);
+        if let Some(emission) = &self.scene.material(&hit).emission {
+            let cos = -hit.normal.dot(self.ray.direction);
+            let weight = self.scattered.map_or(1.0, |scattered| {
+                self.weight_of_meeting(&hit, cos, scattered)
+            });
+            self.radiance += weight * self.throughput * emission.towards(cos);
+        }
+        Some(hit)
+    }
+
+    /// Balance heuristic for a light met by diffuse scattering, which next-event estimation could have chosen too.
+    fn weight_of_meeting(&self, hit: &Hit, cos: f64, scattered: Scattered) -> f64 {
+        let lights = &self.scene.lights;
+        let Some((light, emitter)) = lights
+            .of_object(hit.object)
+            .zip(Emitter::of(&self.scene.objects[hit.object]))
+        else {
+            return 1.0;
+        };
+        let of_light =
+            lights.probability(light) * emitter.density_towards(scattered.from, hit.t, cos);
+        scattered.density / (scattered.density + of_light)
+    }
+
+    /// Adds light received directly and chooses the next direction. `false` where the path is absorbed.
+    fn scatter(&mut self, hit: &Hit, stream: &mut Stream, work: &mut Work) -> bool {
+        let direction = self.ray.direction;
+        let lobes = Lobes::at(self.scene, hit, direction);
+        if let Some(interface) = lobes.interface {
+            self.cross(hit, &interface, stream);
+            return true;
+        }
+        let diffuse = lobes.diffuse.max_element();
+        let mirror = lobes.mirror.max_element();
+        if diffuse + mirror <= 0.0 {
+            return false;
+        }
+        let share = diffuse / (diffuse + mirror);
+        if diffuse > 0.0 {
+            self.radiance += self.throughput * self.direct(hit, lobes.diffuse, share, stream, work);
+        }
+        let normal = hit.facing_normal(direction);
+        if share == 1.0 || stream.uniform() < share {
+            let next = cosine_hemisphere(normal, stream.uniform2());
+            let density = share * cosine_density(next.dot(normal));
+            self.throughput *= lobes.diffuse / share;
+            self.ray = hit.leave(next);
+            self.scattered = Some(Scattered {
+                from: self.ray.origin,
+                density,
+            });
+        } else {
+            self.throughput *= lobes.mirror / (1.0 - share);
+            self.ray = hit.leave(reflect(direction, normal));
+            self.scattered = None;
+        }
+        true
+    }
+
+    /// Reflects or refracts at random in proportion to the reflectance.
+    fn cross(&mut self, hit: &Hit, interface: &Interface, stream: &mut Stream) {
+        let reflected = stream.uniform() < interface.reflectance;
+        let next = match interface.refracted {
+            Some(refracted) if !reflected => {
+                self.throughput *= interface.radiance_scale;
+                self.index_squared *= interface.radiance_scale;
+                self.medium = interface.beyond;
+                refracted
+            }
+            _ => reflect(self.ray.direction, hit.normal),
+        };
+        self.ray = hit.leave(next);
+        self.scattered = None;
+    }
+
+    /// Radiance scattered from one light, chosen by power, with the weight of the balance heuristic. `share` is the
+    /// probability that the path goes on diffusely.
+    fn direct(
+        &self,
+        hit: &Hit,
+        reflectance: Rgb,
+        share: f64,
+        stream: &mut Stream,
+        work: &mut Work,
+    ) -> Rgb {
+        // Draw before any test, so that later numbers of the path do not depend on its outcome.
+        let (choice, place) = (stream.uniform(), stream.uniform2());
+        let normal = hit.facing_normal(self.ray.direction);
+        let from = hit.leave(normal).origin;
+        let lights = &self.scene.lights;
+        let Some(light) = lights.choose(choice) else {
+            return Rgb::ZERO;
+        };
+        let Some((irradiance, incident)) =
+            unoccluded(self.scene, &lights.all()[light], from, normal, place, work)
+        else {
+            return Rgb::ZERO;
+        };
+        let probability = lights.probability(light);
+        let of_path = share * cosine_density(incident.direction.dot(normal));
+        let weight = if incident.density.is_finite() {
+            let of_light = probability * incident.density;
+            of_light / (of_light + of_path)
+        } else {
+            1.0
+        };
+        weight / probability * reflectance / PI * irradiance
+    }
+
+    /// Russian roulette on the path's weight; survivors carry more, so the mean is kept.
+    fn survives(&mut self, stream: &mut Stream) -> bool {
+        let weight = self.throughput.max_element() / self.index_squared;
+        let survival = weight.min(1.0 - LEAST_DEATH);
+        if stream.uniform() >= survival {
+            return false;
+        }
+        self.throughput /= survival;
+        true
+    }
+}
+
+/// One sample of the irradiance from a light at a point `from` (just off its surface, on the side of the unit `normal`), if the
+/// light faces it and nothing stands between.
+pub(crate) fn unoccluded(
+    scene: &Scene,
+    light: &Light,
+    from: DVec3,
+    normal: DVec3,
+    place: [f64; 2],
+    work: &mut Work,
+) -> Option<(Rgb, crate::scene::light::Incident)> {
+    let incident = light.illuminate(from, place)?;
+    let cos = incident.direction.dot(normal);
+    if cos <= 0.0 {
+        return None;
+    }
+    work.shadow_rays += 1;
+    let shadow = Ray::new(from, incident.direction).until(incident.reach);
+    let free = incident.reach <= 0.0 || !scene.occluded(&shadow, work);
+    free.then_some((cos * incident.weight, incident))
+}

@@ -90,6 +90,20 @@ impl Scene {
         })
     }
 
+    /// Every hit inside the ray's open range, by rising t; hits at the same t in the order of the objects.
+    pub fn intersect_all(&self, ray: &Ray, work: &mut Work) -> Vec<Hit> {
+        let mut hits = Vec::new();
+        for (index, object) in self.objects.iter().enumerate() {
+            let crossings = object.shape.crossings(ray, &self.solver, work);
+            hits.extend(crossings.into_iter().map(|crossing| Hit {
+                object: index,
+                ..object.shape.hit(ray, crossing)
+            }));
+        }
+        hits.sort_by(|a, b| a.t.total_cmp(&b.t));
+        hits
+    }
+
     /// Whether anything stands inside the ray's open range.
     pub fn occluded(&self, ray: &Ray, work: &mut Work) -> bool {
         self.objects

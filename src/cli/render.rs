@@ -1,0 +1,354 @@
+//! `photolathe render`: a scene in, pictures and statistics out.
+
+use super::parse_override;
+use super::resources;
+use crate::image::file::write_atomically;
+use crate::image::metrics::{self, Comparison};
+use crate::image::picture::Picture;
+use crate::image::{exr, png};
+use crate::render::driver::{self, Control, Outcome, Progress};
+use crate::render::settings::Settings;
+use crate::scene::options::{Antialias, Integrator, RenderTable, Rule, SolverName};
+use crate::scene::{self, Scene};
+use anyhow::{Context, bail};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Render a scene to EXR and PNG.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  photolathe render scenes/cup.toml                                 ppm as the scene says, out/cup.exr and out/cup.png
+  photolathe render scenes/cup.toml --integrator path --spp 256 -o cup.exr
+  photolathe render scenes/box.toml --time 30 -o box.png            as many passes as fit into 30 seconds
+  photolathe render scenes/box.toml --reference truth.exr           the error after every pass, as CSV on stdout
+
+The same scene, settings, seed and number of passes give the same bytes on any number of threads.
+Ctrl-C ends the pass and writes the picture; a second Ctrl-C stops at once.")]
+pub struct RenderArgs {
+    /// Scene file.
+    pub scene: PathBuf,
+    /// Where to write, .exr or .png by extension; may be repeated (default: out/SCENE.exr and out/SCENE.png).
+    #[arg(short, long = "out", value_name = "OUT")]
+    pub out: Vec<PathBuf>,
+    /// How light is transported.
+    #[arg(long, value_enum)]
+    pub integrator: Option<Integrator>,
+    /// Samples per pixel: all for path and whitted, hit-point samples for ppm, samples a pass for sppm and pppm.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: Option<u32>,
+    /// Photon passes.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    pub passes: Option<u64>,
+    /// Start no further pass after this many seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub time: Option<f64>,
+    /// Photons per pass.
+    #[arg(long)]
+    pub photons: Option<u64>,
+    /// Share of new photons kept when the radius shrinks, in (0, 1].
+    #[arg(long, value_parser = share)]
+    pub alpha: Option<f64>,
+    /// First gather radius in world units (default: from the pixel footprint).
+    #[arg(long, value_parser = positive)]
+    pub radius: Option<f64>,
+    /// How the radius shrinks.
+    #[arg(long, value_enum)]
+    pub rule: Option<Rule>,
+    /// Antialiasing of whitted.
+    #[arg(long, value_enum)]
+    pub aa: Option<Antialias>,
+    /// How surfaces of revolution are solved.
+    #[arg(long, value_enum)]
+    pub solver: Option<SolverName>,
+    /// Threads (default: all cores); never changes a byte.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Seed of all random numbers.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Most scattering events of a path (default: unlimited).
+    #[arg(long)]
+    pub max_depth: Option<u32>,
+    /// Change a key of the scene file or the solver, as in --set film.width=64 or --set solver.starts=30.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse_override)]
+    pub set: Vec<(String, String)>,
+    /// Write counters and times as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+    /// Print the error against this picture after every pass, as CSV on stdout.
+    #[arg(long, value_name = "REF.exr")]
+    pub reference: Option<PathBuf>,
+    /// Stop when relmse against the reference is at most this.
+    #[arg(long, value_name = "RELMSE", requires = "reference", value_parser = positive)]
+    pub target_error: Option<f64>,
+    /// Factor on radiance for PNG: pixel = sRGB(exposure × radiance).
+    #[arg(long, default_value_t = 1.0, value_parser = positive)]
+    pub exposure: f64,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a finite number > 0".to_owned()),
+    }
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("expected a number in (0, 1]".to_owned()),
+    }
+}
+
+impl RenderArgs {
+    fn table(&self) -> RenderTable {
+        RenderTable {
+            integrator: self.integrator,
+            spp: self.spp,
+            passes: self.passes,
+            time: self.time,
+            photons: self.photons,
+            alpha: self.alpha,
+            radius: self.radius,
+            rule: self.rule,
+            aa: self.aa,
+            solver: self.solver,
+            threads: self.threads.map(usize::from),
+            seed: self.seed,
+            max_depth: self.max_depth,
+        }
+    }
+
+    /// The `--set` pairs, and `--solver` as one of them.
+    fn overrides(&self) -> Vec<(String, String)> {
+        let solver = self
+            .solver
+            .and_then(|solver| clap::ValueEnum::to_possible_value(&solver));
+        let named = solver.map(|value| ("render.solver".to_owned(), value.get_name().to_owned()));
+        self.set.iter().cloned().chain(named).collect()
+    }
+
+    fn outputs(&self) -> anyhow::Result<Vec<PathBuf>> {
+        if self.out.is_empty() {
+            let stem = self
+                .scene
+                .file_stem()
+                .context("the scene needs a file name")?;
+            let base = Path::new("out").join(stem);
+            return Ok(vec![base.with_extension("exr"), base.with_extension("png")]);
+        }
+        for path in &self.out {
+            if !is(path, "exr") && !is(path, "png") {
+                bail!(
+                    "{}: expected a name that ends in .exr or .png",
+                    path.display()
+                );
+            }
+        }
+        Ok(self.out.clone())
+    }
+}
+
+fn is(path: &Path, extension: &str) -> bool {
+    path.extension()
+        .is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}
+
+/// Runs `render`.
+pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
+    let start = Instant::now();
+    let outputs = args.outputs()?;
+    let scene = scene::file::load(&args.scene, &args.overrides())?;
+    let settings = Settings::resolve(&args.table().or(&scene.render));
+    settings.check(&scene)?;
+    for note in ignored(args, settings.integrator) {
+        eprintln!("photolathe: {note}");
+    }
+    let reference = args
+        .reference
+        .as_deref()
+        .map(|path| open_reference(path, &scene))
+        .transpose()?;
+
+    let render_start = Instant::now();
+    let outcome = watch(args, &scene, &settings, reference.as_ref())?;
+    let render_s = render_start.elapsed().as_secs_f64();
+
+    let picture = Picture::of_film(&outcome.film).described(&scene, &settings, outcome.passes);
+    for path in &outputs {
+        if is(path, "exr") {
+            exr::write(&picture, path)?;
+        } else {
+            png::write(&picture, args.exposure, path)?;
+        }
+        eprintln!("photolathe: wrote {}", path.display());
+    }
+    if let Some(path) = &args.stats {
+        let stats = statistics(&outcome, &settings, start.elapsed().as_secs_f64(), render_s);
+        write_atomically(path, format!("{stats:#}\n").as_bytes())
+            .with_context(|| path.display().to_string())?;
+    }
+    let bad = outcome.film.bad_samples();
+    if bad > 0 {
+        bail!(
+            "{bad} samples were NaN or infinite: the picture leaves them out and is not to be trusted"
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Flags that the integrator in force has no use for.
+fn ignored(args: &RenderArgs, integrator: Integrator) -> Vec<String> {
+    let photon = matches!(
+        integrator,
+        Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
+    );
+    let flags = [
+        ("--passes", args.passes.is_some(), photon),
+        ("--photons", args.photons.is_some(), photon),
+        ("--alpha", args.alpha.is_some(), photon),
+        ("--radius", args.radius.is_some(), photon),
+        ("--rule", args.rule.is_some(), photon),
+        ("--aa", args.aa.is_some(), integrator == Integrator::Whitted),
+    ];
+    let unused = flags.into_iter().filter(|&(_, given, used)| given && !used);
+    unused
+        .map(|(flag, ..)| format!("{flag} has no meaning for this integrator and is ignored"))
+        .collect()
+}
+
+fn open_reference(path: &Path, scene: &Scene) -> anyhow::Result<Picture> {
+    let reference = exr::read(path)?;
+    let (width, height) = (scene.film.width as usize, scene.film.height as usize);
+    if (reference.width, reference.height) != (width, height) {
+        bail!(
+            "{}: the reference has {}x{} pixels: expected {width}x{height} as the film",
+            path.display(),
+            reference.width,
+            reference.height
+        );
+    }
+    Ok(reference)
+}
+
+/// Renders with a progress bar, Ctrl-C, and the error against a reference.
+fn watch(
+    args: &RenderArgs,
+    scene: &Scene,
+    settings: &Settings,
+    reference: Option<&Picture>,
+) -> anyhow::Result<Outcome> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    })
+    .context("cannot watch for Ctrl-C")?;
+    let bar = ProgressBar::no_length();
+    let mut trouble = None;
+    let mut out = std::io::stdout();
+    if reference.is_some() {
+        writeln!(out, "pass,render_s,mse,rmse,relmse")?;
+    }
+    let outcome = driver::render(scene, settings, &mut |progress| {
+        show(&bar, progress, settings);
+        let error = reference
+            .map(|reference| metrics::compare(&Picture::of_film(progress.film), reference));
+        let reached = match error {
+            None => false,
+            Some(Err(error)) => {
+                trouble = Some(error);
+                true
+            }
+            Some(Ok(Comparison {
+                mse, rmse, relmse, ..
+            })) => {
+                let row = writeln!(
+                    out,
+                    "{},{:?},{mse:?},{rmse:?},{relmse:?}",
+                    progress.done, progress.seconds
+                );
+                row.is_err() || args.target_error.is_some_and(|target| relmse <= target)
+            }
+        };
+        let stop = reached || interrupted.load(Ordering::SeqCst);
+        if stop {
+            Control::Stop
+        } else {
+            Control::Continue
+        }
+    })?;
+    bar.finish_and_clear();
+    if let Some(error) = trouble {
+        return Err(error.into());
+    }
+    if interrupted.load(Ordering::SeqCst) {
+        eprintln!(
+            "photolathe: interrupted after pass {}; the picture so far is written",
+            outcome.passes
+        );
+    }
+    Ok(outcome)
+}
+
+/// Shows passes, rate and time left on stderr; silent where stderr is not a terminal.
+fn show(bar: &ProgressBar, progress: &Progress, settings: &Settings) {
+    if bar.length().is_none() && progress.planned != u64::MAX {
+        bar.set_length(progress.planned);
+        bar.set_style(style("{bar:32} pass {pos}/{len}, {msg}, {eta} left"));
+    } else if bar.position() == 0 {
+        bar.set_style(style("{spinner} pass {pos}, {msg}, {elapsed}"));
+    }
+    let work = &progress.work;
+    let rays = work.camera_rays + work.scattered_rays + work.shadow_rays + work.photon_segments;
+    let left = settings.time.map_or(String::new(), |limit| {
+        format!(
+            ", {:.0} s of time left",
+            (limit - progress.seconds).max(0.0)
+        )
+    });
+    bar.set_message(format!(
+        "{:.2} M rays/s{left}",
+        rays as f64 / progress.seconds / 1e6
+    ));
+    bar.set_position(progress.done);
+}
+
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+fn statistics(
+    outcome: &Outcome,
+    settings: &Settings,
+    wall_s: f64,
+    render_s: f64,
+) -> serde_json::Value {
+    let phases: serde_json::Map<_, _> = outcome
+        .phases
+        .iter()
+        .map(|&(name, seconds)| (name.to_owned(), seconds.into()))
+        .collect();
+    let used = resources::used();
+    serde_json::json!({
+        "wall_s": wall_s,
+        "cpu_s": used.cpu_s,
+        "render_s": render_s,
+        "threads": settings.threads.unwrap_or_else(rayon::current_num_threads),
+        "seed": settings.seed,
+        "passes": outcome.passes,
+        "peak_bytes": used.peak_bytes,
+        "bad_samples": outcome.film.bad_samples(),
+        "phases": phases,
+        "counters": outcome.work,
+    })
+}

@@ -1,0 +1,175 @@
+//! Isolation of the roots of a polynomial of degree 6 on [0, 1], and their refinement.
+
+use super::Undecided;
+use crate::numeric::polynomial::split;
+
+/// An interval that holds exactly one root, a simple one, with a guess of it.
+pub(super) struct Bracket {
+    low: f64,
+    high: f64,
+    guess: f64,
+    /// Whether the polynomial is positive at `low`.
+    falls: bool,
+}
+
+const ALL: u32 = 0x7f;
+const ENDS: u32 = 0x41;
+
+/// Halvings before two roots count as one: parameters are then 2⁻⁴⁰ apart.
+const DEPTH: u32 = 40;
+
+/// Reports a bracket for each root in (0, 1), by rising parameter. `error` bounds the error of each coefficient; a polynomial
+/// whose roots such an error could make or unmake is undecided.
+#[inline]
+pub(super) fn isolate(
+    c: &[f64; 7],
+    error: f64,
+    found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
+) -> Result<(), Undecided> {
+    let (positive, negative) = signs(c, error);
+    if positive == ALL || negative == ALL {
+        return Ok(());
+    }
+    if (positive | negative) & ENDS != ENDS {
+        return Err(Undecided);
+    }
+    let node = Node {
+        c: *c,
+        low: 0.0,
+        high: 1.0,
+        error,
+        depth: 0,
+    };
+    if positive | negative == ALL && changes(positive) == 1 {
+        return found(node.bracket(positive));
+    }
+    divide(&node, found)
+}
+
+/// Bits of the coefficients that are certainly positive, and of those certainly negative.
+#[inline]
+fn signs(c: &[f64; 7], error: f64) -> (u32, u32) {
+    let (mut positive, mut negative) = (0, 0);
+    for (i, &x) in c.iter().enumerate() {
+        positive |= u32::from(x > error) << i;
+        negative |= u32::from(x < -error) << i;
+    }
+    (positive, negative)
+}
+
+#[inline]
+fn changes(positive: u32) -> u32 {
+    ((positive ^ (positive >> 1)) & (ALL >> 1)).count_ones()
+}
+
+struct Node {
+    c: [f64; 7],
+    low: f64,
+    high: f64,
+    error: f64,
+    depth: u32,
+}
+
+impl Node {
+    /// The bracket of a node whose coefficients change sign once, guessed where the control polygon crosses zero.
+    ///
+    /// Not the secant of the end values: where the value at one end is almost 0 (the root of the neighbour piece), it would start
+    /// there and stay.
+    #[inline]
+    fn bracket(&self, positive: u32) -> Bracket {
+        let i = ((positive ^ (positive >> 1)) & (ALL >> 1)).trailing_zeros() as usize % 6;
+        let (a, b) = (self.c[i], self.c[i + 1]);
+        let share = (i as f64 + a / (a - b)) * (1.0 / 6.0);
+        Bracket {
+            low: self.low,
+            high: self.high,
+            guess: self.low + share * (self.high - self.low),
+            falls: positive & 1 == 1,
+        }
+    }
+
+    /// Both halves. Each of the 21 corner cuts behind a coefficient rounds by at most half an ulp of the greatest, in a chain of
+    /// six, three operations each.
+    fn halves(&self, share: f64) -> (Self, Self) {
+        let size = self.c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let (left, right) = split(&self.c, share);
+        let middle = self.low + share * (self.high - self.low);
+        let half = |c, low, high| Self {
+            c,
+            low,
+            high,
+            error: self.error + 9.0 * f64::EPSILON * size,
+            depth: self.depth + 1,
+        };
+        (half(left, self.low, middle), half(right, middle, self.high))
+    }
+}
+
+fn divide(
+    node: &Node,
+    found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
+) -> Result<(), Undecided> {
+    if node.depth >= DEPTH {
+        return Err(Undecided);
+    }
+    // A value near 0 at the cut would leave the ends of both halves in doubt: cut elsewhere.
+    let certain = |(left, _): &(Node, Node)| left.c[6].abs() > left.error;
+    let halves = [0.5, 0.406_25, 0.625]
+        .into_iter()
+        .map(|share| node.halves(share))
+        .find(certain)
+        .ok_or(Undecided)?;
+    for half in [&halves.0, &halves.1] {
+        let (positive, negative) = signs(&half.c, half.error);
+        if positive == ALL || negative == ALL {
+            continue;
+        }
+        if positive == 0 && negative & ENDS != ENDS || (positive | negative) & ENDS != ENDS {
+            return Err(Undecided);
+        }
+        if positive | negative == ALL && changes(positive) == 1 {
+            found(half.bracket(positive))?;
+        } else {
+            divide(half, found)?;
+        }
+    }
+    Ok(())
+}
+
+/// A step this short ends the search: Newton's error after it is of the order of its square, and the polish that follows squares
+/// it again.
+const SHORT: f64 = 1e-7;
+
+/// Steps after which every second one is a bisection, so that the search ends whatever the polynomial.
+const PATIENCE: u32 = 10;
+
+/// The root in a bracket, by Newton's method kept inside it; `f` gives value and slope.
+#[inline]
+pub(super) fn refine(bracket: &Bracket, steps: &mut u64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
+    let (mut low, mut high) = (bracket.low, bracket.high);
+    let mut u = bracket.guess;
+    for step in 0..120 {
+        *steps += 1;
+        let (value, slope) = f(u);
+        if (value > 0.0) == bracket.falls {
+            low = u;
+        } else {
+            high = u;
+        }
+        let next = u - value / slope;
+        let patient = step < PATIENCE || step % 2 == 0;
+        // A short bisection step says nothing of convergence: only a Newton step may end the search.
+        if patient && next >= low && next <= high {
+            if (next - u).abs() < SHORT {
+                return next;
+            }
+            u = next;
+        } else {
+            u = 0.5 * (low + high);
+            if high - low < f64::EPSILON {
+                return u;
+            }
+        }
+    }
+    u
+}

@@ -1,0 +1,126 @@
+//! The `[render]` and `[solver]` tables.
+
+use super::build::optional;
+use super::error::SceneError;
+use super::table::{Field, Range, Table};
+use crate::geometry::revolution::Solver;
+use crate::geometry::revolution::newton::{NewtonSettings, StartPolicy};
+use crate::scene::options::{RenderTable, SolverName};
+use clap::ValueEnum;
+
+/// Most threads: more would only exhaust the machine.
+const MOST_THREADS: u64 = 1024;
+
+/// Most starts and most iterations of Newton's method: far more than helps, few enough to end.
+const MOST_STEPS: u64 = 1_000_000;
+
+/// The `[render]` table; empty if absent.
+pub(super) fn render(root: &Table) -> Result<RenderTable, SceneError> {
+    let known = [
+        "integrator",
+        "spp",
+        "passes",
+        "time",
+        "photons",
+        "alpha",
+        "radius",
+        "rule",
+        "aa",
+        "solver",
+        "threads",
+        "seed",
+        "max_depth",
+    ];
+    let Some(field) = root.get("render") else {
+        return Ok(RenderTable::default());
+    };
+    let table = field.table("[render]", &known)?;
+    let word32 = u64::from(u32::MAX);
+    let integer = |key, low, high| {
+        table
+            .get(key)
+            .map(|field| field.integer(low, high))
+            .transpose()
+    };
+    let number = |key, range| table.get(key).map(|field| field.number(range)).transpose();
+    Ok(RenderTable {
+        integrator: choice(&table, "integrator")?,
+        spp: integer("spp", 1, word32)?.map(|spp| spp as u32),
+        passes: integer("passes", 1, u64::MAX)?,
+        time: number("time", Range::Positive)?,
+        photons: integer("photons", 0, u64::MAX)?,
+        alpha: number("alpha", Range::PositiveShare)?,
+        radius: number("radius", Range::Positive)?,
+        rule: choice(&table, "rule")?,
+        aa: choice(&table, "aa")?,
+        solver: choice(&table, "solver")?,
+        threads: integer("threads", 1, MOST_THREADS)?.map(|threads| threads as usize),
+        seed: integer("seed", 0, u64::MAX)?,
+        max_depth: integer("max_depth", 0, word32)?.map(|depth| depth as u32),
+    })
+}
+
+/// The solver in force. The `[solver]` table holds the parameters of `newton` and is checked whichever solver is named.
+pub(super) fn solver(root: &Table, name: Option<SolverName>) -> Result<Solver, SceneError> {
+    let newton = newton(root)?;
+    Ok(match name.unwrap_or(SolverName::Bernstein) {
+        SolverName::Bernstein => Solver::Bernstein,
+        SolverName::Newton => Solver::Newton(newton),
+        SolverName::Exact => Solver::Exact,
+    })
+}
+
+fn newton(root: &Table) -> Result<NewtonSettings, SceneError> {
+    let known = [
+        "starts",
+        "iterations",
+        "damping",
+        "tolerance",
+        "policy",
+        "seed",
+    ];
+    let default = NewtonSettings::default();
+    let Some(field) = root.get("solver") else {
+        return Ok(default);
+    };
+    let table = field.table("[solver]", &known)?;
+    let count = |field: &Field| Ok(field.integer(1, MOST_STEPS)? as u32);
+    Ok(NewtonSettings {
+        starts: optional(&table, "starts", default.starts, count)?,
+        iterations: optional(&table, "iterations", default.iterations, count)?,
+        damping: optional(&table, "damping", default.damping, |field| {
+            field.number(Range::PositiveShare)
+        })?,
+        tolerance: optional(&table, "tolerance", default.tolerance, |field| {
+            field.number(Range::Positive)
+        })?,
+        policy: optional(&table, "policy", default.policy, policy)?,
+        seed: optional(&table, "seed", default.seed, |field| {
+            field.integer(0, u64::MAX)
+        })?,
+    })
+}
+
+fn policy(field: &Field) -> Result<StartPolicy, SceneError> {
+    Ok(
+        match field.word(&["random-u", "solve-height", "stratified"])? {
+            0 => StartPolicy::RandomU,
+            1 => StartPolicy::SolveHeight,
+            _ => StartPolicy::Stratified,
+        },
+    )
+}
+
+/// A value of an enum by its command-line name.
+fn choice<T: ValueEnum>(table: &Table, key: &str) -> Result<Option<T>, SceneError> {
+    let Some(field) = table.get(key) else {
+        return Ok(None);
+    };
+    let values = T::value_variants();
+    let names: Vec<String> = values
+        .iter()
+        .filter_map(|value| Some(value.to_possible_value()?.get_name().to_owned()))
+        .collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    Ok(Some(values[field.word(&names)?].clone()))
+}

@@ -3,6 +3,7 @@
 //! Exit codes: 0 all is well, 1 a comparison or claim failed, 2 bad input or trouble. Data go to stdout, talk to stderr.
 
 pub mod compare;
+pub mod inspect;
 pub mod intersect;
 pub mod render;
 mod resources;
@@ -37,6 +38,8 @@ enum Command {
     Render(render::RenderArgs),
     /// Intersect a list of rays with a scene.
     Intersect(intersect::IntersectArgs),
+    /// Show what the program understood of a scene, and draw a profile.
+    Inspect(inspect::InspectArgs),
     /// Compare two pictures; the second is the reference.
     Compare(compare::Args),
 }
@@ -47,6 +50,7 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(args) => render::run(&args),
         Command::Intersect(args) => intersect::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
         Command::Compare(args) => compare::run(args),
     };
     result.unwrap_or_else(|error| {

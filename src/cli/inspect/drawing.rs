@@ -133,8 +133,16 @@ impl Drawing {
         // The normal of the curve is (h′, -r′): outward where it runs upward. Pixels run down.
         let middle = piece.at(0.5);
         let [along_r, along_h] = piece.tangent(0.5);
+        let speed = (along_r * along_r + along_h * along_h)
+            .sqrt()
+            .max(f64::MIN_POSITIVE);
         let from = frame.place([middle.radius, middle.height]);
-        let offset = |length: f64| [from[0] + length * along_h, from[1] + length * along_r];
+        let offset = |length: f64| {
+            [
+                from[0] + length * along_h / speed,
+                from[1] + length * along_r / speed,
+            ]
+        };
         self.lines.push(Line {
             points: vec![from, offset(14.0)],
             color,

@@ -4,6 +4,7 @@
 
 pub mod compare;
 pub mod experiment;
+pub mod inspect;
 pub mod intersect;
 pub mod render;
 mod resources;
@@ -38,6 +39,8 @@ enum Command {
     Render(render::RenderArgs),
     /// Intersect a list of rays with a scene.
     Intersect(intersect::IntersectArgs),
+    /// Show what the program understood of a scene, and draw a profile.
+    Inspect(inspect::InspectArgs),
     /// Compare two pictures; the second is the reference.
     Compare(compare::Args),
 }
@@ -48,6 +51,7 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(args) => render::run(&args),
         Command::Intersect(args) => intersect::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
         Command::Compare(args) => compare::run(args),
     };
     result.unwrap_or_else(|error| {

@@ -147,7 +147,7 @@ fn classify(
 
 /// A step this short ends the search: Newton's error after it is of the order of its square, and the polish that follows squares
 /// it again, as often as it takes.
-const SHORT: f64 = 1e-4;
+const SHORT: f64 = 1e-6;
 
 /// Steps after which every second one is a bisection, so that the search ends whatever the polynomial.
 const PATIENCE: u32 = 10;

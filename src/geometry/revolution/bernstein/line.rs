@@ -60,7 +60,8 @@ impl Line {
         o.y -= prepared.middle;
         let o = o * l1 * l2;
         let reach = o.x.abs() + o.y.abs() + o.z.abs();
-        if !(reach < FAR) || power.abs() > 2000 {
+        let near = reach < FAR;
+        if !near || power.abs() > 2000 {
             return Err(Undecided);
         }
         let unit = halves(power);
@@ -193,8 +194,8 @@ impl Line {
     pub(super) fn polish(&self, piece: &PreparedPiece, u: f64, t: f64) -> Root {
         let (mut root, mut change) = self.polish_once(piece, u, t);
         // The error left is of the order of the square of the change, divided by the distance to the nearest other root.
-        for _ in 0..3 {
-            if !(1e-9..1e-3).contains(&change) {
+        for _ in 0..4 {
+            if !(1e-11..1e-3).contains(&change) {
                 break;
             }
             (root, change) = self.polish_once(piece, root.u, root.t);

@@ -3,6 +3,7 @@
 //! Exit codes: 0 all is well, 1 a comparison or claim failed, 2 bad input or trouble. Data go to stdout, talk to stderr.
 
 pub mod compare;
+pub mod experiment;
 pub mod inspect;
 pub mod intersect;
 pub mod render;

@@ -167,7 +167,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let outputs = args.outputs()?;
     let scene = scene::file::load(&args.scene, &args.overrides())?;
     let settings = Settings::resolve(&args.table().or(&scene.render));
-    settings.check(&scene)?;
     for note in ignored(args, settings.integrator) {
         eprintln!("photolathe: {note}");
     }

@@ -1,7 +1,24 @@
 //! Claims: what was predicted, what was measured, and the verdict.
+//!
+//! Three kinds. *Exact*: a count of failures that must be 0. *Null*: a value without bias, tested at [`CLAIM_LEVEL`] and, with
+//! a margin, proved equivalent by two one-sided tests (Schuirmann 1987) at [`PROOF_LEVEL`]. *Law*: a slope or constant of a fit,
+//! with the precision that it must be known to. A claim names the least effort that decides it: below, its verdict is "not
+//! run"; from there on an inconclusive one fails the run, so that a growing variance cannot hide.
 
 use super::experiment::Effort;
+use crate::numeric::statistics::{binomial_interval, student_quantile, zero_failures_bound};
 use serde::{Deserialize, Serialize};
+
+/// Family-wise rate of false alarms over a whole run of all experiments.
+pub const FAMILY_LEVEL: f64 = 1e-6;
+/// Level of one claim: the family's, shared by at most a hundred claims (Bonferroni).
+pub const CLAIM_LEVEL: f64 = FAMILY_LEVEL / 100.0;
+/// Level of each one-sided test of an equivalence: the rate of false *proofs*.
+pub const PROOF_LEVEL: f64 = 0.01;
+/// Confidence of the intervals shown.
+pub const SHOWN_CONFIDENCE: f64 = 0.95;
+/// Power that the smallest detectable effect refers to.
+const POWER: f64 = 0.9;
 
 /// The verdict of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -16,6 +33,18 @@ pub enum Verdict {
     /// The effort was below the one that decides this claim.
     #[serde(rename = "not run")]
     NotRun,
+}
+
+impl Verdict {
+    /// The word for tables and pages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Inconclusive => "inconclusive",
+            Self::NotRun => "not run",
+        }
+    }
 }
 
 /// One checked statement.
@@ -43,4 +72,195 @@ pub struct Claim {
     pub effort: Effort,
     /// The verdict.
     pub verdict: Verdict,
+}
+
+/// What a claim is about, and when it is decided.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject<'a> {
+    /// Experiment it belongs to.
+    pub experiment: &'a str,
+    /// Short name, unique in the experiment.
+    pub claim: &'a str,
+    /// The statement in one sentence.
+    pub statement: &'a str,
+    /// Least effort that decides the claim.
+    pub decided_at: Effort,
+    /// Effort of this run.
+    pub effort: Effort,
+}
+
+/// A measured value: a mean, its standard error, and what they rest on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// Its standard error, > 0, or 0 if it is exact.
+    pub standard_error: f64,
+    /// Degrees of freedom of the standard error; infinite if it is known.
+    pub freedom: f64,
+    /// Number of independent observations.
+    pub n: u64,
+}
+
+impl Estimate {
+    /// Half-width of the interval whose two tails hold `tails` together.
+    fn half_width(&self, tails: f64) -> f64 {
+        if self.standard_error == 0.0 {
+            return 0.0;
+        }
+        // Student's law with a million degrees is the normal law to seven digits.
+        student_quantile(1.0 - 0.5 * tails, self.freedom.min(1e6)) * self.standard_error
+    }
+
+    /// Deviation that a two-sided test at `level` sees with the power that claims state.
+    fn detectable(&self, level: f64) -> f64 {
+        self.half_width(level) + self.half_width(2.0 * (1.0 - POWER))
+    }
+}
+
+impl Claim {
+    /// Exact: none of `n` checks may fail. Shows the rate of failures; without failures, rates above the upper end of the interval
+    /// (the rule of three, 3/n) would have been seen with 95 % probability.
+    pub fn exact(subject: Subject, failures: u64, n: u64) -> Self {
+        let rate = if n == 0 {
+            f64::NAN
+        } else {
+            failures as f64 / n as f64
+        };
+        let bound = zero_failures_bound(n, SHOWN_CONFIDENCE);
+        let interval = if failures == 0 {
+            (0.0, bound)
+        } else {
+            binomial_interval(failures, n, SHOWN_CONFIDENCE)
+        };
+        let verdict = match (failures, n) {
+            (0, 0) => Verdict::Inconclusive,
+            (0, _) => Verdict::Pass,
+            _ => Verdict::Fail,
+        };
+        subject.claim((0.0, rate, interval), n, bound, verdict)
+    }
+
+    /// Null: the estimate has the predicted expectation. Fails if it differs at [`CLAIM_LEVEL`]; inconclusive if it could not have
+    /// seen a deviation of `needed`.
+    pub fn null(subject: Subject, estimate: Estimate, predicted: f64, needed: f64) -> Self {
+        let deviation = (estimate.value - predicted).abs();
+        let detectable = estimate.detectable(CLAIM_LEVEL);
+        let verdict = if deviation.is_nan() || detectable.is_nan() {
+            Verdict::Inconclusive
+        } else if deviation > estimate.half_width(CLAIM_LEVEL) {
+            Verdict::Fail
+        } else if detectable > needed {
+            Verdict::Inconclusive
+        } else {
+            Verdict::Pass
+        };
+        subject.estimated(&estimate, predicted, detectable, verdict)
+    }
+
+    /// Null with a margin: the expectation lies within `margin` of the prediction. Passes if two one-sided tests at
+    /// [`PROOF_LEVEL`] prove it (so a deviation of `margin` passes with at most that probability), fails if the deviation is
+    /// larger than the margin at [`CLAIM_LEVEL`].
+    pub fn equivalent(subject: Subject, estimate: Estimate, predicted: f64, margin: f64) -> Self {
+        let deviation = (estimate.value - predicted).abs();
+        let proof = estimate.half_width(2.0 * PROOF_LEVEL);
+        let verdict = if deviation + proof <= margin {
+            Verdict::Pass
+        } else if deviation - estimate.half_width(CLAIM_LEVEL) > margin {
+            Verdict::Fail
+        } else {
+            Verdict::Inconclusive
+        };
+        subject.estimated(&estimate, predicted, margin, verdict)
+    }
+
+    /// Range: a value with an interval (say, of a rate) lies in `low..=high`. Passes if the interval is inside, fails if it is
+    /// outside. The prediction shown is the middle of the range; deviations of half its width would have been seen.
+    pub fn in_range(
+        subject: Subject,
+        measured: f64,
+        interval: (f64, f64),
+        n: u64,
+        range: (f64, f64),
+    ) -> Self {
+        let verdict = if range.0 <= interval.0 && interval.1 <= range.1 {
+            Verdict::Pass
+        } else if interval.1 < range.0 || range.1 < interval.0 {
+            Verdict::Fail
+        } else {
+            Verdict::Inconclusive
+        };
+        let (middle, half) = (0.5 * (range.0 + range.1), 0.5 * (range.1 - range.0));
+        subject.claim((middle, measured, interval), n, half, verdict)
+    }
+
+    /// Law: a fitted slope or constant is the predicted one. Fails if the prediction is outside the interval of
+    /// [`CLAIM_LEVEL`], inconclusive if the half-width of the 95 % interval exceeds `precision`.
+    pub fn law(subject: Subject, estimate: Estimate, predicted: f64, precision: f64) -> Self {
+        let deviation = (estimate.value - predicted).abs();
+        let shown = estimate.half_width(1.0 - SHOWN_CONFIDENCE);
+        let verdict = if deviation > estimate.half_width(CLAIM_LEVEL) {
+            Verdict::Fail
+        } else if shown <= precision && deviation.is_finite() {
+            Verdict::Pass
+        } else {
+            Verdict::Inconclusive
+        };
+        subject.estimated(
+            &estimate,
+            predicted,
+            estimate.detectable(CLAIM_LEVEL),
+            verdict,
+        )
+    }
+
+    /// Whether the claim makes the run fail: it failed, or its effort should have decided it.
+    pub fn fails_the_run(&self) -> bool {
+        matches!(self.verdict, Verdict::Fail | Verdict::Inconclusive)
+    }
+}
+
+impl Subject<'_> {
+    fn estimated(
+        self,
+        estimate: &Estimate,
+        predicted: f64,
+        detectable: f64,
+        verdict: Verdict,
+    ) -> Claim {
+        let half = estimate.half_width(1.0 - SHOWN_CONFIDENCE);
+        let interval = (estimate.value - half, estimate.value + half);
+        self.claim(
+            (predicted, estimate.value, interval),
+            estimate.n,
+            detectable,
+            verdict,
+        )
+    }
+
+    fn claim(
+        self,
+        (predicted, measured, interval): (f64, f64, (f64, f64)),
+        n: u64,
+        detectable: f64,
+        verdict: Verdict,
+    ) -> Claim {
+        Claim {
+            experiment: self.experiment.to_owned(),
+            claim: self.claim.to_owned(),
+            statement: self.statement.to_owned(),
+            predicted,
+            measured,
+            ci_low: interval.0,
+            ci_high: interval.1,
+            n,
+            detectable,
+            effort: self.decided_at,
+            verdict: if self.effort < self.decided_at {
+                Verdict::NotRun
+            } else {
+                verdict
+            },
+        }
+    }
 }

@@ -2,9 +2,11 @@
 
 use super::claim::Claim;
 use super::plot::Plot;
+pub use super::table::{Table, Value};
 use crate::numeric::work::Work;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// How much work an experiment may spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
@@ -18,16 +20,14 @@ pub enum Effort {
     Full,
 }
 
-/// A value of a table or a parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Value {
-    /// Whole number.
-    Integer(i64),
-    /// Number.
-    Number(f64),
-    /// Text.
-    Text(String),
+impl fmt::Display for Effort {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Smoke => "smoke",
+            Self::Standard => "standard",
+            Self::Full => "full",
+        })
+    }
 }
 
 /// One run of a sweep: a named point of the grid.
@@ -35,6 +35,63 @@ pub enum Value {
 pub struct Run {
     /// The parameters, in the order of the plan; together they name the run.
     pub parameters: Vec<(String, Value)>,
+}
+
+impl Run {
+    /// A run of named parameters.
+    pub fn new<const N: usize>(parameters: [(&str, Value); N]) -> Self {
+        Self {
+            parameters: parameters
+                .map(|(name, value)| (name.to_owned(), value))
+                .to_vec(),
+        }
+    }
+
+    /// Name of the run: `name=value` of every parameter, joined by spaces.
+    pub fn name(&self) -> String {
+        let words = self
+            .parameters
+            .iter()
+            .map(|(name, value)| format!("{name}={}", value.to_cell()));
+        words.collect::<Vec<_>>().join(" ")
+    }
+
+    /// The parameter of a name.
+    ///
+    /// # Panics
+    /// If the plan gives none: a mistake in the experiment.
+    pub fn value(&self, name: &str) -> &Value {
+        let found = self.parameters.iter().find(|(known, _)| known == name);
+        &found
+            .unwrap_or_else(|| panic!("no parameter {name} in run {}", self.name()))
+            .1
+    }
+
+    /// The whole-number parameter of a name.
+    ///
+    /// # Panics
+    /// If there is none: a mistake in the experiment.
+    pub fn integer(&self, name: &str) -> i64 {
+        match self.value(name) {
+            Value::Integer(integer) => *integer,
+            other => panic!("parameter {name} is {other:?}, not a whole number"),
+        }
+    }
+
+    /// The parameter of a name as a number.
+    ///
+    /// # Panics
+    /// If there is none: a mistake in the experiment.
+    pub fn number(&self, name: &str) -> f64 {
+        self.value(name)
+            .number()
+            .unwrap_or_else(|| panic!("parameter {name} is text"))
+    }
+
+    /// The parameter of a name as text.
+    pub fn text(&self, name: &str) -> String {
+        self.value(name).to_cell()
+    }
 }
 
 /// What a run gives.
@@ -55,15 +112,6 @@ pub struct Conclusion {
     pub plots: Vec<Plot>,
 }
 
-/// The rows of all runs, in the order of the plan.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
-    /// Column names.
-    pub columns: Vec<String>,
-    /// Rows.
-    pub rows: Vec<Vec<Value>>,
-}
-
 /// An experiment: one readable file says its question, its prediction and its sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct Experiment {
@@ -79,7 +127,7 @@ pub struct Experiment {
     pub columns: &'static [&'static str],
     /// Whether runs measure time and so must have the machine to themselves.
     pub timed: bool,
-    /// The runs at an effort.
+    /// The runs at an effort, each with a name of its own; the table keeps their order.
     pub plan: fn(Effort) -> Vec<Run>,
     /// One run; must depend on its arguments only. `seed` is already keyed with the run's name.
     pub execute: fn(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome>,

@@ -1,7 +1,14 @@
 //! The laboratory: experiments, claims, goldens and the page that shows them.
 
+mod axis;
 pub mod claim;
 pub mod difference;
 pub mod experiment;
+pub mod machine;
 pub mod page;
 pub mod plot;
+pub mod progress;
+pub mod record;
+pub mod runner;
+pub mod svg;
+pub mod table;

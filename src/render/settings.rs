@@ -1,7 +1,5 @@
 //! Resolved settings of a render.
 
-use super::driver::RenderError;
-use crate::scene::Scene;
 use crate::scene::options::{Antialias, Integrator, RenderTable, Rule};
 use serde::Serialize;
 
@@ -36,32 +34,7 @@ pub struct Settings {
     pub time: Option<f64>,
 }
 
-/// Most photons of one pass and most hit points: more would not fit into memory.
-const MAX_PHOTONS: u64 = 1 << 28;
-
 impl Settings {
-    /// Refuses settings that no machine of today can hold in memory, before anything is allocated.
-    pub fn check(&self, scene: &Scene) -> Result<(), RenderError> {
-        let photon = matches!(
-            self.integrator,
-            Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
-        );
-        if photon && self.photons > MAX_PHOTONS {
-            return Err(RenderError::Unsupported(format!(
-                "{} photons a pass: expected at most {MAX_PHOTONS}; use more passes",
-                self.photons
-            )));
-        }
-        let points =
-            u64::from(scene.film.width) * u64::from(scene.film.height) * u64::from(self.spp);
-        if photon && points > MAX_PHOTONS {
-            return Err(RenderError::Unsupported(format!(
-                "{points} camera samples a pass: expected at most {MAX_PHOTONS}; use a smaller film or fewer --spp"
-            )));
-        }
-        Ok(())
-    }
-
     /// The settings of a table, with defaults where it is silent.
     ///
     /// Defaults: `ppm` with 4 camera samples, 64 passes of 100 000 photons, α = 2/3; `path` with 64 samples; `whitted` with

@@ -53,15 +53,18 @@ pub struct Prepared {
     height: f64,
 }
 
+/// Seven Bernstein coefficients, the last one twice: an even count suits vector registers.
+type Padded = [f64; 8];
+
 /// One piece, scaled and centred.
 #[derive(Clone, Debug)]
 struct PreparedPiece {
     index: u32,
     radius: [f64; 4],
     height: [f64; 4],
-    radius_squared: [f64; 7],
-    height_squared: [f64; 7],
-    height_raised: [f64; 7],
+    radius_squared: Padded,
+    height_squared: Padded,
+    height_raised: Padded,
     bottom: f64,
     top: f64,
     flat: bool,
@@ -194,9 +197,9 @@ impl Prepared {
 impl PreparedPiece {
     fn new(index: u32, flat: bool, piece: &Piece) -> Self {
         let raised = |c: &[f64]| {
-            let mut seven = [0.0; 7];
-            seven.copy_from_slice(&elevate(c, 6));
-            seven
+            let mut padded = [c[c.len() - 1]; 8];
+            padded[..7].copy_from_slice(&elevate(c, 6));
+            padded
         };
         let (bottom, top) = cubic_range(&piece.height);
         let mut breaks = vec![0.0];

@@ -1,28 +1,51 @@
 //! Progressive photon mapping: photon passes over hit points.
+//!
+//! One accumulator serves every variant. A pass emits photons, gathers them at the hit points within each one's present radius,
+//! and adds one sample to every pixel. `ppm` keeps the hit points of its first pass (Hachisuka, Ogaki and Jensen 2008); `sppm`
+//! and `pppm` make new ones each pass (Hachisuka and Jensen 2009, Knaus and Zwicker 2011). How radii shrink is a rule of its
+//! own ([`radius`]). All light, the direct one too, arrives by photons; only emission seen directly or through specular events
+//! is added.
+//!
+//! A radius depends on earlier passes only, so a pass has exactly the bias of a disc of that radius.
+
+pub mod camera;
+pub mod gather;
+pub mod radius;
+pub mod trace;
 
 use super::driver::RenderError;
 use super::film::Film;
 use super::settings::Settings;
+use crate::index::kdtree::{KdTree, Split};
+use crate::index::{BallIndex, Balls, IndexError};
 use crate::numeric::work::Work;
-use crate::scene::Scene;
+use crate::scene::options::{Integrator, Rule};
+use crate::scene::{Rgb, Scene};
+use camera::{HitPoint, Sampling, View};
+use gather::Gathered;
+use radius::{Schedule, Statistics};
+use std::time::Instant;
+use trace::{Energy, Photons};
+
+/// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons.
+const BATCH: u64 = 1 << 18;
+/// Most camera samples of a pass; their hit points take about 200 bytes each.
+const MAX_SAMPLES: u64 = 1 << 26;
 
 /// A progressive photon mapper between passes.
+#[derive(Debug)]
 pub struct PhotonMapper<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
-}
-
-impl<'a> PhotonMapper<'a> {
-    /// Prepares the first pass.
-    pub fn new(scene: &'a Scene, settings: &'a Settings) -> Result<Self, RenderError> {
-        Ok(Self { scene, settings })
-    }
-
-    /// One pass: emits photons, gathers at the hit points, adds one sample to every pixel of `film`.
-    pub fn pass(&mut self, pass: u64, film: &mut Film, phases: &mut Phases) -> Work {
-        let _ = (pass, film, phases, self.scene, self.settings);
-        todo!()
-    }
+    /// Hit points of the present pass.
+    view: View,
+    /// Square of the present radius of each.
+    radii_squared: Vec<f64>,
+    /// Radius statistics under the local rule: of each hit point if these stay, else of each pixel.
+    statistics: Vec<Statistics>,
+    schedule: Schedule,
+    tree: Option<KdTree>,
+    energy: Energy,
 }
 
 /// Seconds spent in each phase of the passes so far.
@@ -47,5 +70,249 @@ impl Phases {
             ("build", self.build),
             ("gather", self.gather),
         ]
+    }
+}
+
+impl<'a> PhotonMapper<'a> {
+    /// Prepares the first pass.
+    ///
+    /// # Errors
+    /// A background that is not black (no photon can start there), α outside (0, 1], a radius that is not positive and finite,
+    /// or more than 2²⁶ camera samples a pass.
+    pub fn new(scene: &'a Scene, settings: &'a Settings) -> Result<Self, RenderError> {
+        let samples =
+            u64::from(scene.film.width) * u64::from(scene.film.height) * u64::from(settings.spp);
+        let fault = if scene.background != Rgb::ZERO {
+            Some("photon mapping needs a black background: no photon can start from it".into())
+        } else if !(settings.alpha > 0.0 && settings.alpha <= 1.0) {
+            Some(format!("alpha must lie in (0, 1], not {}", settings.alpha))
+        } else if settings
+            .radius
+            .is_some_and(|radius| !(radius > 0.0 && radius.is_finite()))
+        {
+            Some("the radius must be positive and finite".into())
+        } else if settings.spp == 0 || samples > MAX_SAMPLES {
+            Some(format!(
+                "photon mapping takes 1 to {MAX_SAMPLES} camera samples a pass, not {samples}"
+            ))
+        } else {
+            None
+        };
+        match fault {
+            Some(fault) => Err(RenderError::Unsupported(fault)),
+            None => Ok(Self {
+                scene,
+                settings,
+                view: View::default(),
+                radii_squared: Vec::new(),
+                statistics: Vec::new(),
+                schedule: Schedule::new(settings.rule, settings.alpha),
+                tree: None,
+                energy: Energy::default(),
+            }),
+        }
+    }
+
+    /// One pass: emits photons, gathers at the hit points, adds one sample to every pixel of `film`.
+    ///
+    /// Passes are numbered from 0 and made in order. Runs on the current rayon pool; the picture does not depend on its size.
+    ///
+    /// # Panics
+    /// If `film` is not of the scene's size.
+    pub fn pass(&mut self, pass: u64, film: &mut Film, phases: &mut Phases) -> Work {
+        assert_eq!(film.size(), self.scene.film, "the film is the scene's");
+        let mut work = Work::default();
+        let clock = Instant::now();
+        let renewed = self.place_hit_points(pass, &mut work);
+        self.radii_squared = self.squares_of(pass);
+        phases.camera += clock.elapsed().as_secs_f64();
+
+        let gathered = if self.scene.lights.dark() {
+            vec![Gathered::default(); self.radii_squared.len()]
+        } else {
+            let clock = Instant::now();
+            let tree = self.index(renewed);
+            phases.build += clock.elapsed().as_secs_f64();
+            let gathered = self.gather(&tree, pass, phases, &mut work);
+            self.tree = Some(tree);
+            gathered
+        };
+
+        let clock = Instant::now();
+        self.add_to(film, &gathered);
+        self.shrink(&gathered);
+        phases.gather += clock.elapsed().as_secs_f64();
+        work
+    }
+
+    /// What became of the light of all passes so far.
+    pub fn energy(&self) -> &Energy {
+        &self.energy
+    }
+
+    /// The hit points of the last pass.
+    pub fn hit_points(&self) -> &[HitPoint] {
+        &self.view.hit_points
+    }
+
+    /// Squares of the radii that these had in the last pass.
+    pub fn radii_squared(&self) -> &[f64] {
+        &self.radii_squared
+    }
+
+    /// Radius statistics after the last pass under the local rule: of each hit point for `ppm`, of each pixel otherwise.
+    pub fn statistics(&self) -> &[Statistics] {
+        &self.statistics
+    }
+
+    fn fixed(&self) -> bool {
+        self.settings.integrator == Integrator::Ppm
+    }
+
+    /// Makes the hit points of the pass; `false` if the old ones stay.
+    fn place_hit_points(&mut self, pass: u64, work: &mut Work) -> bool {
+        let pixels = u64::from(self.scene.film.width) * u64::from(self.scene.film.height);
+        if self.fixed() && !self.view.emission.is_empty() {
+            return false;
+        }
+        let samples = pixels * u64::from(self.settings.spp);
+        self.view = camera::view(
+            self.scene,
+            &Sampling {
+                spp: self.settings.spp,
+                seed: self.settings.seed,
+                first: if self.fixed() {
+                    0
+                } else {
+                    pass.wrapping_mul(samples)
+                },
+                radius: self.settings.radius,
+                max_depth: self.settings.max_depth,
+                split: self.fixed(),
+            },
+        );
+        *work += self.view.work;
+        if self.statistics.is_empty() && self.settings.rule == Rule::Local {
+            let regions = if self.fixed() {
+                self.view.hit_points.len()
+            } else {
+                self.view.emission.len()
+            };
+            self.statistics = vec![Statistics::default(); regions];
+        }
+        true
+    }
+
+    /// Index of the statistics that a hit point belongs to.
+    fn region(&self, hit_point: usize) -> usize {
+        if self.fixed() {
+            hit_point
+        } else {
+            self.view.hit_points[hit_point].pixel as usize
+        }
+    }
+
+    fn squares_of(&mut self, pass: u64) -> Vec<f64> {
+        let common = self.schedule.shrink(pass);
+        self.view
+            .hit_points
+            .iter()
+            .enumerate()
+            .map(|(index, hit_point)| {
+                let shrink = match self.settings.rule {
+                    Rule::Local => self.statistics[self.region(index)].shrink,
+                    Rule::Global | Rule::Constant => common,
+                };
+                (shrink * hit_point.first_radius_squared).max(hit_point.least_radius_squared)
+            })
+            .collect()
+    }
+
+    /// The tree over the hit points: the old one with new radii where they stay.
+    fn index(&mut self, renewed: bool) -> KdTree {
+        let radii_squared = &self.radii_squared;
+        let old = self.tree.take().filter(|_| !renewed);
+        let tree = match old {
+            Some(mut tree) => tree.set_radii_squared(radii_squared).map(|()| tree),
+            None => {
+                let centers = self.view.hit_points.iter().map(|hit| hit.point).collect();
+                Balls::new(centers, radii_squared.clone())
+                    .map(|balls| KdTree::new(&balls, Split::Widest))
+            }
+        };
+        tree.unwrap_or_else(|fault: IndexError| panic!("hit points are finite: {fault}"))
+    }
+
+    fn gather(
+        &mut self,
+        tree: &KdTree,
+        pass: u64,
+        phases: &mut Phases,
+        work: &mut Work,
+    ) -> Vec<Gathered> {
+        let Settings {
+            photons,
+            seed,
+            max_depth,
+            ..
+        } = *self.settings;
+        let hit_points = &self.view.hit_points;
+        let mut sums = vec![Gathered::default(); hit_points.len()];
+        let first = pass.wrapping_mul(photons);
+        let mut done = 0;
+        while done < photons {
+            let count = BATCH.min(photons - done);
+            let clock = Instant::now();
+            let start = first.wrapping_add(done);
+            let Photons {
+                points,
+                arrivals,
+                energy,
+                work: traced,
+            } = trace::trace(self.scene, seed, start, count, max_depth);
+            phases.trace += clock.elapsed().as_secs_f64();
+            self.energy += energy;
+            *work += traced;
+
+            let clock = Instant::now();
+            let gather = |item: usize, within: &[u32]| {
+                gather::gather(&hit_points[item], within, &arrivals, max_depth)
+            };
+            for (sum, more) in sums.iter_mut().zip(tree.join(&points, &gather, work)) {
+                *sum += more;
+                work.photons_gathered += more.photons;
+            }
+            phases.gather += clock.elapsed().as_secs_f64();
+            done += count;
+        }
+        sums
+    }
+
+    /// Adds the pass's sample to every pixel: emission, and the hit points in their order.
+    fn add_to(&self, film: &mut Film, gathered: &[Gathered]) {
+        let emitted = self.settings.photons as f64;
+        let mut samples = self.view.emission.clone();
+        let radii = self.view.hit_points.iter().zip(&self.radii_squared);
+        for ((hit_point, radius_squared), gathered) in radii.zip(gathered) {
+            samples[hit_point.pixel as usize] +=
+                gather::radiance(hit_point, gathered, *radius_squared, emitted);
+        }
+        for (pixel, sample) in film.pixels_mut().iter_mut().zip(samples) {
+            pixel.add(sample);
+        }
+    }
+
+    /// Updates the statistics of the local rule.
+    fn shrink(&mut self, gathered: &[Gathered]) {
+        if self.settings.rule != Rule::Local {
+            return;
+        }
+        let mut found = vec![0.0; self.statistics.len()];
+        for (index, gathered) in gathered.iter().enumerate() {
+            found[self.region(index)] += gathered.photons as f64;
+        }
+        for (statistics, photons) in self.statistics.iter_mut().zip(found) {
+            *statistics = statistics.after(photons, self.settings.alpha);
+        }
     }
 }

@@ -1,0 +1,212 @@
+//! Runs an experiment: plan, runs (in parallel, or alone if they are timed), records, table, conclusion.
+//!
+//! A run's random numbers are keyed by the seed, the experiment and the run's name, and the table is put together from the
+//! records in the order of the plan: threads, shards, order and interruptions change no byte of it, times aside.
+
+use super::claim::Claim;
+use super::experiment::{Conclusion, Effort, Experiment, Run, Table};
+use super::machine::Machine;
+use super::record::{Record, Records};
+use crate::image::file::write_atomically;
+use crate::numeric::rng::mix;
+use anyhow::{Context as _, bail, ensure};
+use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A part of the plan: runs whose number leaves `index` − 1 when divided by `count`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Number of this part, from 1.
+    pub index: usize,
+    /// Number of parts, ≥ 1.
+    pub count: usize,
+}
+
+impl Shard {
+    /// The whole plan.
+    pub const WHOLE: Self = Self { index: 1, count: 1 };
+
+    fn holds(self, run: usize) -> bool {
+        run % self.count == self.index - 1
+    }
+}
+
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = || {
+            let (index, count) = text.split_once('/')?;
+            let shard = Self {
+                index: index.trim().parse().ok()?,
+                count: count.trim().parse().ok()?,
+            };
+            (1..=shard.count).contains(&shard.index).then_some(shard)
+        };
+        parse().ok_or_else(|| format!("expected I/N with 1 <= I <= N, as 2/3, not {text:?}"))
+    }
+}
+
+/// How to run an experiment.
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// Effort.
+    pub effort: Effort,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Threads; all cores if `None`. Never changes a result.
+    pub threads: Option<usize>,
+    /// Directory of the results.
+    pub out: PathBuf,
+    /// Part of the plan to run.
+    pub shard: Shard,
+}
+
+/// A finished experiment, or the finished part of one.
+#[derive(Clone, Debug)]
+pub struct Finished {
+    /// The rows of all finished runs.
+    pub table: Table,
+    /// Claims and plots; empty while runs are missing.
+    pub conclusion: Conclusion,
+    /// Runs of the plan without a record: other shards', not yet done.
+    pub missing: usize,
+    /// Runs that were finished before.
+    pub reused: usize,
+    /// Seconds of all runs together.
+    pub seconds: f64,
+}
+
+/// Runs what is not yet done of (a shard of) an experiment and writes OUT/NAME.csv and, when all runs are there,
+/// OUT/NAME.claims.json. `watch` hears the number of runs done and to do, from any thread.
+pub fn run_experiment(
+    experiment: &Experiment,
+    options: &RunOptions,
+    watch: &(dyn Fn(usize, usize) + Sync),
+) -> anyhow::Result<Finished> {
+    let plan = checked_plan(experiment, options.effort)?;
+    let records = Records::new(&options.out, experiment, options.effort, options.seed);
+    let mine = plan
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| options.shard.holds(*index));
+    let (done, to_do): (Vec<&Run>, Vec<&Run>) = mine
+        .map(|(_, run)| run)
+        .partition(|run| records.find(run).is_some());
+    execute(experiment, options, &records, &to_do, watch)?;
+    let found: Vec<Option<Record>> = plan.iter().map(|run| records.find(run)).collect();
+    let missing = found.iter().filter(|record| record.is_none()).count();
+    let found: Vec<Record> = found.into_iter().flatten().collect();
+    let table = Table {
+        columns: experiment
+            .columns
+            .iter()
+            .map(|&name| name.to_owned())
+            .collect(),
+        rows: found
+            .iter()
+            .flat_map(|record| record.rows.clone())
+            .collect(),
+    };
+    let path = |ending: &str| options.out.join(format!("{}.{ending}", experiment.name));
+    write_atomically(&path("csv"), &table.to_csv())?;
+    let mut conclusion = Conclusion::default();
+    if missing == 0 {
+        conclusion = (experiment.conclude)(&table, options.effort);
+        write_atomically(&path("claims.json"), &claims_json(&conclusion.claims)?)?;
+    }
+    Ok(Finished {
+        table,
+        conclusion,
+        missing,
+        reused: done.len(),
+        seconds: found.iter().map(|record| record.seconds).sum(),
+    })
+}
+
+/// Claims as a JSON array, one per line.
+pub fn claims_json(claims: &[Claim]) -> anyhow::Result<Vec<u8>> {
+    let lines: Result<Vec<String>, _> = claims.iter().map(serde_json::to_string).collect();
+    Ok(format!("[\n{}\n]\n", lines?.join(",\n")).into_bytes())
+}
+
+/// The plan, with run names that differ.
+pub fn checked_plan(experiment: &Experiment, effort: Effort) -> anyhow::Result<Vec<Run>> {
+    let plan = (experiment.plan)(effort);
+    let names: BTreeSet<String> = plan.iter().map(Run::name).collect();
+    ensure!(
+        names.len() == plan.len(),
+        "{}: two runs of the plan have the same name",
+        experiment.name
+    );
+    Ok(plan)
+}
+
+/// The seed of a run.
+fn seed_of(experiment: &Experiment, run: &Run, seed: u64) -> u64 {
+    let word = |text: &str| {
+        let hash = blake3::hash(text.as_bytes());
+        u64::from_le_bytes(
+            hash.as_bytes()[..8]
+                .try_into()
+                .expect("a hash has 32 bytes"),
+        )
+    };
+    mix(&[seed, word(experiment.name), word(&run.name())])
+}
+
+fn execute(
+    experiment: &Experiment,
+    options: &RunOptions,
+    records: &Records,
+    runs: &[&Run],
+    watch: &(dyn Fn(usize, usize) + Sync),
+) -> anyhow::Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads.unwrap_or(0))
+        .build()?;
+    let machine = Machine::here();
+    let threads = pool.current_num_threads();
+    let finished = std::sync::atomic::AtomicUsize::new(0);
+    watch(0, runs.len());
+    let one = |run: &&Run| -> anyhow::Result<()> {
+        let start = Instant::now();
+        let seed = seed_of(experiment, run, options.seed);
+        let outcome = (experiment.execute)(run, options.effort, seed)
+            .with_context(|| format!("{}, run {:?}", experiment.name, run.name()))?;
+        if let Some(row) = outcome
+            .rows
+            .iter()
+            .find(|row| row.len() != experiment.columns.len())
+        {
+            bail!(
+                "{}, run {:?}: a row of {} values for {} columns",
+                experiment.name,
+                run.name(),
+                row.len(),
+                experiment.columns.len()
+            );
+        }
+        records.store(
+            run,
+            outcome,
+            &machine,
+            threads,
+            start.elapsed().as_secs_f64(),
+        )?;
+        watch(
+            finished.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1,
+            runs.len(),
+        );
+        Ok(())
+    };
+    // Every run is tried before the first error is told, so that one bad run does not cost the others.
+    let results: Vec<anyhow::Result<()>> = if experiment.timed {
+        pool.install(|| runs.iter().map(one).collect())
+    } else {
+        pool.install(|| runs.par_iter().map(one).collect())
+    };
+    results.into_iter().collect()
+}

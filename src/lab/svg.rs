@@ -1,0 +1,275 @@
+//! Plots as SVG text. Colours of axes and texts follow the page (light or dark); series differ in colour and in mark.
+
+use super::axis::{Span, shows};
+use super::plot::{Plot, Series};
+use plotters::coord::Shift;
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+
+const WIDTH: u32 = 520;
+const HEIGHT: u32 = 360;
+const LEGEND_LINE: i32 = 20;
+const TEXT: i32 = 15;
+const INK: RGBColor = RGBColor(0, 0, 0);
+
+/// Okabe and Ito's colours (2008), those that stand out on white and on black.
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+];
+
+/// Draws a plot. Points that its scales cannot show are left out; a plot without any says so.
+///
+/// A prediction (dashed) has the colour of the series before it, which it belongs to.
+pub fn draw(plot: &Plot) -> Result<String, String> {
+    let mut svg = String::new();
+    let legend_height = LEGEND_LINE * plot.series.len() as i32 + 6;
+    let size = (WIDTH, HEIGHT + legend_height as u32);
+    {
+        let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        let (legend, chart) = root.split_vertically(legend_height);
+        let colours = colours(&plot.series);
+        draw_legend(&legend, &plot.series, &colours)
+            .and_then(|()| draw_chart(&chart, plot, &colours))
+            .and_then(|()| root.present().map_err(|error| error.to_string()))?;
+    }
+    Ok(themed(&svg, &plot.title))
+}
+
+/// Lets the page's style decide about ink, and names the picture for screen readers.
+fn themed(svg: &str, title: &str) -> String {
+    let title = title
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('"', "&quot;");
+    svg.replacen(
+        "<svg ",
+        &format!("<svg role=\"img\" aria-label=\"{title}\" "),
+        1,
+    )
+    .replace("stroke=\"#000000\"", "stroke=\"currentColor\"")
+    .replace("fill=\"#000000\"", "fill=\"currentColor\"")
+}
+
+fn colours(series: &[Series]) -> Vec<RGBColor> {
+    let mut used = 0;
+    let mut last = INK;
+    series
+        .iter()
+        .map(|one| {
+            if !one.predicted {
+                last = COLOURS[used % COLOURS.len()];
+                used += 1;
+            }
+            last
+        })
+        .collect()
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Result3 = Result<(), String>;
+
+fn text<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> String {
+    error.to_string()
+}
+
+fn draw_legend(area: &Area, series: &[Series], colours: &[RGBColor]) -> Result3 {
+    for (index, (one, colour)) in series.iter().zip(colours).enumerate() {
+        let y = LEGEND_LINE * index as i32 + LEGEND_LINE / 2 + 3;
+        let ends = [(16, y), (46, y)];
+        if one.predicted {
+            area.draw(&DashedPathElement::new(ends, 6, 4, colour.stroke_width(2)))
+                .map_err(text)?;
+        } else {
+            area.draw(&PathElement::new(ends, colour.stroke_width(2)))
+                .map_err(text)?;
+            mark(area, (31, y), index, *colour)?;
+        }
+        let style = ("sans-serif", TEXT).into_font().color(&INK);
+        area.draw(&Text::new(one.name.clone(), (54, y - TEXT / 2), style))
+            .map_err(text)?;
+    }
+    Ok(())
+}
+
+fn draw_chart(area: &Area, plot: &Plot, colours: &[RGBColor]) -> Result3 {
+    let xs = || {
+        plot.series
+            .iter()
+            .flat_map(|s| s.points.iter().map(|p| p.0))
+    };
+    let ys = || {
+        let points = plot
+            .series
+            .iter()
+            .flat_map(|s| s.points.iter().map(|p| p.1));
+        points.chain(
+            plot.series
+                .iter()
+                .flat_map(|s| s.intervals.iter().flat_map(|i| [i.0, i.1])),
+        )
+    };
+    let spans = Span::of(xs(), plot.x.scale).zip(Span::of(ys(), plot.y.scale));
+    let Some((x, y)) = spans else {
+        let style = ("sans-serif", TEXT).into_font().color(&INK);
+        return area
+            .draw(&Text::new(
+                "nothing to show on these scales",
+                (20, 20),
+                style,
+            ))
+            .map_err(text);
+    };
+    let mut chart = ChartBuilder::on(area)
+        .margin(8)
+        .margin_right(18)
+        .x_label_area_size(44)
+        .y_label_area_size(72)
+        .build_cartesian_2d(x, y)
+        .map_err(text)?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .x_labels(6)
+        .y_labels(6)
+        .x_desc(&plot.x.label)
+        .y_desc(&plot.y.label)
+        .axis_style(INK.stroke_width(1))
+        .label_style(("sans-serif", TEXT))
+        .axis_desc_style(("sans-serif", TEXT))
+        .draw()
+        .map_err(text)?;
+    let plane = chart.plotting_area();
+    for (index, (series, &colour)) in plot.series.iter().zip(colours).enumerate() {
+        let shown: Vec<(f64, f64)> = series
+            .points
+            .iter()
+            .copied()
+            .filter(|p| shows(plot.x.scale, p.0) && shows(plot.y.scale, p.1))
+            .collect();
+        let places: Vec<(i32, i32)> = shown.iter().map(|p| plane.map_coordinate(p)).collect();
+        draw_intervals(plane, plot, series, colour)?;
+        let corner = plane.get_base_pixel();
+        let local: Vec<(i32, i32)> = places
+            .iter()
+            .map(|p| (p.0 - corner.0, p.1 - corner.1))
+            .collect();
+        let flat = plane.strip_coord_spec();
+        if series.predicted {
+            flat.draw(&DashedPathElement::new(local, 6, 4, colour.stroke_width(2)))
+                .map_err(text)?;
+        } else {
+            flat.draw(&PathElement::new(local.clone(), colour.stroke_width(2)))
+                .map_err(text)?;
+            for &place in &local {
+                mark(&flat, place, index, colour)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn draw_intervals(
+    plane: &DrawingArea<SVGBackend, Cartesian2d<Span, Span>>,
+    plot: &Plot,
+    series: &Series,
+    colour: RGBColor,
+) -> Result3 {
+    let flat = plane.strip_coord_spec();
+    for (&(x_value, _), &(low, high)) in series.points.iter().zip(&series.intervals) {
+        if !shows(plot.x.scale, x_value) || !shows(plot.y.scale, high) {
+            continue;
+        }
+        // An interval that reaches 0 on a logarithmic scale goes down to the edge.
+        let low = if shows(plot.y.scale, low) {
+            low
+        } else {
+            plane.get_y_range().start
+        };
+        let (x, low) = plane.map_coordinate(&(x_value, low));
+        let (_, high) = plane.map_coordinate(&(x_value, high));
+        let corner = plane.get_base_pixel();
+        let at = |x: i32, y: i32| (x - corner.0, y - corner.1);
+        for line in [
+            [at(x, low), at(x, high)],
+            [at(x - 3, low), at(x + 3, low)],
+            [at(x - 3, high), at(x + 3, high)],
+        ] {
+            flat.draw(&PathElement::new(line, colour.stroke_width(1)))
+                .map_err(text)?;
+        }
+    }
+    Ok(())
+}
+
+/// A mark of its own shape for each series, so that colour is not needed to tell them apart.
+fn mark(area: &Area, (x, y): (i32, i32), series: usize, colour: RGBColor) -> Result3 {
+    let fill = colour.filled();
+    match series % 4 {
+        0 => area.draw(&Circle::new((x, y), 4, fill)),
+        1 => area.draw(&Rectangle::new([(x - 4, y - 4), (x + 4, y + 4)], fill)),
+        2 => area.draw(&Polygon::new(
+            [(x, y - 5), (x - 5, y + 4), (x + 5, y + 4)],
+            fill,
+        )),
+        _ => area.draw(&Polygon::new(
+            [(x, y - 5), (x - 5, y), (x, y + 5), (x + 5, y)],
+            fill,
+        )),
+    }
+    .map_err(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plot::{Axis, Scale};
+    use super::*;
+
+    fn plot(points: Vec<(f64, f64)>) -> Plot {
+        let axis = |label: &str| Axis {
+            label: label.to_owned(),
+            scale: Scale::Log,
+        };
+        let series = |name: &str, predicted| Series {
+            name: name.to_owned(),
+            points: points.clone(),
+            intervals: points.iter().map(|p| (p.1 * 0.5, p.1 * 2.0)).collect(),
+            predicted,
+        };
+        Plot {
+            title: "Error falls with \"work\" & time".to_owned(),
+            x: axis("rays"),
+            y: axis("error (W)"),
+            series: vec![series("measured", false), series("theory", true)],
+        }
+    }
+
+    #[test]
+    fn a_plot_has_its_texts_and_follows_the_pages_ink() {
+        let svg = draw(&plot(vec![(1.0, 1.0), (100.0, 0.1), (1000.0, 0.03)])).unwrap();
+        for word in [
+            "rays",
+            "error (W)",
+            "measured",
+            "theory",
+            "10",
+            "&quot;work&quot; &amp; time",
+        ] {
+            assert!(svg.contains(word), "{word}");
+        }
+        assert!(!svg.contains("#000000") && svg.contains("currentColor"));
+    }
+
+    #[test]
+    fn points_off_the_scale_are_left_out() {
+        let svg = draw(&plot(vec![(0.0, 1.0), (f64::NAN, 2.0), (3.0, -1.0)])).unwrap();
+        assert!(svg.contains("</svg>"));
+        let svg = draw(&plot(Vec::new())).unwrap();
+        assert!(svg.contains("nothing to show"));
+        assert!(draw(&plot(vec![(2.0, 2.0)])).unwrap().contains("</svg>"));
+    }
+}

@@ -1,0 +1,247 @@
+//! Tables: rows of values, as tidy CSV whose floats parse back to the same bits.
+
+use serde::{Deserialize, Serialize};
+
+/// A value of a table or a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Stored", into = "Stored")]
+pub enum Value {
+    /// Whole number.
+    Integer(i64),
+    /// Number.
+    Number(f64),
+    /// Text.
+    Text(String),
+}
+
+/// The JSON form of a value. JSON has no NaN and no infinity: they are stored as an object.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum Stored {
+    Integer(i64),
+    Number(f64),
+    NotFinite { number: String },
+    Text(String),
+}
+
+impl From<Value> for Stored {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Integer(integer) => Self::Integer(integer),
+            Value::Number(number) if number.is_finite() => Self::Number(number),
+            Value::Number(number) => Self::NotFinite {
+                number: number.to_string(),
+            },
+            Value::Text(text) => Self::Text(text),
+        }
+    }
+}
+
+impl From<Stored> for Value {
+    fn from(stored: Stored) -> Self {
+        match stored {
+            Stored::Integer(integer) => Self::Integer(integer),
+            Stored::Number(number) => Self::Number(number),
+            Stored::NotFinite { number } => Self::Number(number.parse().unwrap_or(f64::NAN)),
+            Stored::Text(text) => Self::Text(text),
+        }
+    }
+}
+
+impl Value {
+    /// The number; `None` for text.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Integer(integer) => Some(*integer as f64),
+            Self::Number(number) => Some(*number),
+            Self::Text(_) => None,
+        }
+    }
+
+    /// The text of a table cell; a float in the shortest form that parses back to the same bits.
+    pub fn to_cell(&self) -> String {
+        match self {
+            Self::Integer(integer) => integer.to_string(),
+            Self::Number(number) => format!("{number:?}"),
+            Self::Text(text) => text.clone(),
+        }
+    }
+}
+
+macro_rules! whole {
+    ($($kind:ty),*) => {$(
+        impl From<$kind> for Value {
+            /// Saturates at the ends of 64-bit signed integers.
+            fn from(integer: $kind) -> Self {
+                Self::Integer(i64::try_from(integer).unwrap_or(i64::MAX))
+            }
+        }
+    )*};
+}
+whole!(i32, i64, u32, u64, usize);
+
+impl From<f64> for Value {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl From<&str> for Value {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<String> for Value {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+/// Whether a column holds times, which differ from run to run.
+pub fn is_time_column(name: &str) -> bool {
+    ["_s", "_ms", "_ns"]
+        .iter()
+        .any(|ending| name.ends_with(ending))
+        || name.starts_with("ns_per_")
+}
+
+/// The rows of all runs, in the order of the plan.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Column names.
+    pub columns: Vec<String>,
+    /// Rows.
+    pub rows: Vec<Vec<Value>>,
+}
+
+impl Table {
+    /// Position of a column.
+    ///
+    /// # Panics
+    /// If there is none of the name: a mistake in the experiment.
+    pub fn column(&self, name: &str) -> usize {
+        let found = self.columns.iter().position(|column| column == name);
+        found.unwrap_or_else(|| panic!("no column {name}"))
+    }
+
+    /// The numbers of a column; NaN for text.
+    pub fn numbers(&self, name: &str) -> Vec<f64> {
+        let column = self.column(name);
+        self.rows
+            .iter()
+            .map(|row| row[column].number().unwrap_or(f64::NAN))
+            .collect()
+    }
+
+    /// The rows whose column has this value.
+    #[must_use]
+    pub fn filter(&self, name: &str, value: &Value) -> Self {
+        let column = self.column(name);
+        Self {
+            columns: self.columns.clone(),
+            rows: self
+                .rows
+                .iter()
+                .filter(|row| row[column] == *value)
+                .cloned()
+                .collect(),
+        }
+    }
+
+    /// The different values of a column, in the order of their first rows.
+    pub fn distinct(&self, name: &str) -> Vec<Value> {
+        let column = self.column(name);
+        let mut values: Vec<Value> = Vec::new();
+        for row in &self.rows {
+            if !values.contains(&row[column]) {
+                values.push(row[column].clone());
+            }
+        }
+        values
+    }
+
+    /// The table as CSV: a header line, then a line per row.
+    pub fn to_csv(&self) -> Vec<u8> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let header = std::iter::once(self.columns.clone());
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| row.iter().map(Value::to_cell).collect());
+        for line in header.chain(rows) {
+            writer
+                .write_record(line)
+                .expect("all rows have the length of the header");
+        }
+        writer.into_inner().expect("memory takes all bytes")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn floats_parse_back_to_the_same_bits() {
+        for x in [
+            0.1,
+            -0.0,
+            1e300,
+            5e-324,
+            f64::MAX,
+            f64::INFINITY,
+            1.0,
+            123_456_789.123,
+        ] {
+            let cell = Value::Number(x).to_cell();
+            assert_eq!(
+                cell.parse::<f64>().unwrap().to_bits(),
+                x.to_bits(),
+                "{cell}"
+            );
+        }
+    }
+
+    #[test]
+    fn values_survive_json_also_when_not_finite() {
+        for value in [
+            1.into(),
+            1.0.into(),
+            f64::INFINITY.into(),
+            (-0.0).into(),
+            "NaN".into(),
+            Value::Integer(i64::MIN),
+        ] {
+            let json = serde_json::to_string(&value).unwrap();
+            assert_eq!(
+                serde_json::from_str::<Value>(&json).unwrap(),
+                value,
+                "{json}"
+            );
+        }
+        let json = serde_json::to_string(&Value::Number(f64::NAN)).unwrap();
+        assert!(matches!(serde_json::from_str(&json), Ok(Value::Number(x)) if x.is_nan()));
+    }
+
+    #[test]
+    fn csv_quotes_what_needs_quotes() {
+        let table = Table {
+            columns: vec!["a".to_owned(), "b".to_owned()],
+            rows: vec![vec!["x, \"y\"".into(), 2.5.into()]],
+        };
+        assert_eq!(table.to_csv(), b"a,b\n\"x, \"\"y\"\"\",2.5\n");
+        assert_eq!(table.filter("b", &2.5.into()).rows.len(), 1);
+        assert_eq!(table.distinct("b"), [2.5.into()]);
+    }
+
+    #[test]
+    fn time_columns_are_known_by_their_names() {
+        for name in ["render_s", "x_ms", "x_ns", "ns_per_ray"] {
+            assert!(is_time_column(name));
+        }
+        for name in ["starts", "misses", "s", "spans"] {
+            assert!(!is_time_column(name));
+        }
+    }
+}

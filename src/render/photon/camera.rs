@@ -1,0 +1,303 @@
+//! Camera paths: from a pixel through specular events to hit points, the places where light is gathered.
+
+use crate::geometry::hit::Hit;
+use crate::geometry::ray::Ray;
+use crate::numeric::rng::{Purpose, Stream};
+use crate::numeric::work::Work;
+use crate::render::scatter::{Interface, Lobes, reflect};
+use crate::scene::{Rgb, Scene};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// The first radius of a hit point is this many times the side of a pixel at the length of its camera path, if no radius is
+/// given: a disc some pixels across blurs little and usually holds several of 10⁵ photons.
+pub const PIXELS_PER_RADIUS: f64 = 3.0;
+/// No radius falls below this many bounds of the hit's error: within them, photons do not lie where they say.
+const LEAST_IN_ERRORS: f64 = 64.0;
+/// Branches of less weight than this go on by roulette.
+const LEAST_WEIGHT: f64 = 0.01;
+/// Specular events before roulette begins whatever the weight, and the chance to pass each further one.
+const LONG_CHAIN: u32 = 32;
+const CHAIN_SURVIVAL: f64 = 0.75;
+/// Pixels of one task. Fixed, so that the order of hit points never depends on threads.
+const CHUNK: usize = 512;
+
+/// A place where light is gathered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HitPoint {
+    /// Where.
+    pub point: DVec3,
+    /// Unit normal on the side from which the camera sees it.
+    pub normal: DVec3,
+    /// Factor from irradiance to the pixel's radiance: the weight of the camera path times reflectance/π, over the number of
+    /// the pixel's samples.
+    pub weight: Rgb,
+    /// Square of the first radius.
+    pub first_radius_squared: f64,
+    /// Least square of any radius.
+    pub least_radius_squared: f64,
+    /// Pixel, row by row from the top.
+    pub pixel: u32,
+    /// Object it lies on.
+    pub object: u32,
+    /// Specular events before.
+    pub events: u32,
+}
+
+/// The hit points of a picture, pixel by pixel.
+#[derive(Clone, Debug, Default)]
+pub struct View {
+    /// Hit points in the order of their pixels.
+    pub hit_points: Vec<HitPoint>,
+    /// Emission seen by each pixel, directly or through specular events.
+    pub emission: Vec<Rgb>,
+    /// Work done.
+    pub work: Work,
+}
+
+/// What decides the camera samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    /// Samples per pixel.
+    pub spp: u32,
+    /// Seed.
+    pub seed: u64,
+    /// First sample number of all: pass × pixels × spp for samples made anew each pass.
+    pub first: u64,
+    /// First radius; `None` takes [`PIXELS_PER_RADIUS`].
+    pub radius: Option<f64>,
+    /// Most scattering events.
+    pub max_depth: Option<u32>,
+    /// Whether both branches of a dielectric are followed. Samples that stay for all passes must, or their choices would stay
+    /// as noise; new samples choose one.
+    pub split: bool,
+}
+
+/// Sends the camera samples of every pixel.
+pub fn view(scene: &Scene, sampling: &Sampling) -> View {
+    let pixels = scene.film.width as usize * scene.film.height as usize;
+    let mut work = Work::default();
+    let medium = scene.medium_at(scene.camera.eye(), &mut work);
+    let chunks: Vec<View> = (0..pixels.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let mut viewer = Viewer {
+                scene,
+                sampling,
+                medium,
+                out: View::default(),
+                open: Vec::new(),
+            };
+            for pixel in chunk * CHUNK..pixels.min((chunk + 1) * CHUNK) {
+                viewer.pixel(pixel);
+            }
+            viewer.out
+        })
+        .collect();
+    let mut all = View {
+        work,
+        ..View::default()
+    };
+    for mut chunk in chunks {
+        all.hit_points.append(&mut chunk.hit_points);
+        all.emission.append(&mut chunk.emission);
+        all.work += chunk.work;
+    }
+    all
+}
+
+/// Cells of the stratified jitter: the most nearly square grid of exactly `spp` cells.
+fn strata(spp: u32) -> (u32, u32) {
+    let mut columns = spp.isqrt().max(1);
+    while !spp.is_multiple_of(columns) {
+        columns -= 1;
+    }
+    (columns, spp / columns)
+}
+
+struct Viewer<'a> {
+    scene: &'a Scene,
+    sampling: &'a Sampling,
+    /// Medium at the eye.
+    medium: Option<usize>,
+    out: View,
+    /// Branches still to follow.
+    open: Vec<Branch>,
+}
+
+/// A camera path under way.
+#[derive(Clone, Copy)]
+struct Branch {
+    ray: Ray,
+    weight: Rgb,
+    medium: Option<usize>,
+    /// Length so far.
+    length: f64,
+    events: u32,
+}
+
+impl Viewer<'_> {
+    fn pixel(&mut self, pixel: usize) {
+        let film = self.scene.film;
+        let size = DVec2::new(f64::from(film.width), f64::from(film.height));
+        let corner = DVec2::new(
+            (pixel % film.width as usize) as f64,
+            (pixel / film.width as usize) as f64,
+        );
+        let spp = self.sampling.spp;
+        let (columns, rows) = strata(spp);
+        let cells = DVec2::new(f64::from(columns), f64::from(rows));
+        self.out.emission.push(Rgb::ZERO);
+        for sample in 0..spp {
+            let number = (pixel as u64 * u64::from(spp)).wrapping_add(u64::from(sample));
+            let index = self.sampling.first.wrapping_add(number);
+            let mut stream = Stream::new(self.sampling.seed, Purpose::Camera, index);
+            let cell = DVec2::new(f64::from(sample % columns), f64::from(sample / columns));
+            let jitter = (cell + DVec2::from_array(stream.uniform2())) / cells;
+            let lens = stream.uniform2();
+            self.out.work.camera_rays += 1;
+            self.open.push(Branch {
+                ray: self.scene.camera.ray(corner + jitter, size, lens),
+                weight: Rgb::ONE,
+                medium: self.medium,
+                length: 0.0,
+                events: 0,
+            });
+            while let Some(branch) = self.open.pop() {
+                self.follow(branch, pixel, &mut stream);
+            }
+        }
+    }
+
+    fn follow(&mut self, branch: Branch, pixel: usize, stream: &mut Stream) {
+        let Some(hit) = self.scene.intersect(&branch.ray, &mut self.out.work) else {
+            return;
+        };
+        let direction = branch.ray.direction;
+        let mut here = branch;
+        here.weight *= self.scene.transmittance(branch.medium, hit.t);
+        here.length += hit.t;
+        if let Some(emission) = &self.scene.material(&hit).emission {
+            let radiance = emission.towards(-direction.dot(hit.normal));
+            self.add_emission(here.weight * radiance / f64::from(self.sampling.spp));
+        }
+        let lobes = Lobes::at(self.scene, &hit, direction);
+        // A further event, the diffuse one of a hit point included, must be within the limit.
+        if self
+            .sampling
+            .max_depth
+            .is_some_and(|most| here.events >= most)
+        {
+            return;
+        }
+        if lobes.diffuse != Rgb::ZERO {
+            self.place(&here, &hit, lobes.diffuse, pixel);
+        }
+        here.events += 1;
+        if let Some(interface) = &lobes.interface {
+            self.branch_at(here, &hit, interface, stream);
+        } else if lobes.mirror != Rgb::ZERO {
+            here.weight *= lobes.mirror;
+            here.ray = hit.leave(reflect(direction, hit.normal));
+            self.send(here, stream);
+        }
+    }
+
+    /// Adds to the pixel at work: the last of the chunk.
+    fn add_emission(&mut self, radiance: Rgb) {
+        if let Some(pixel) = self.out.emission.last_mut() {
+            *pixel += radiance;
+        }
+    }
+
+    fn place(&mut self, here: &Branch, hit: &Hit, diffuse: Rgb, pixel: usize) {
+        let weight = here.weight * diffuse / (PI * f64::from(self.sampling.spp));
+        if weight == Rgb::ZERO {
+            return;
+        }
+        if !hit.point.is_finite() {
+            // No index can hold it; the film counts the sample as bad.
+            self.add_emission(Rgb::NAN);
+            return;
+        }
+        let least = LEAST_IN_ERRORS * hit.error;
+        let pixel_size = self.scene.camera.pixel_size(self.scene.film.height);
+        let radius = self
+            .sampling
+            .radius
+            .unwrap_or(PIXELS_PER_RADIUS * pixel_size * here.length);
+        self.out.hit_points.push(HitPoint {
+            point: hit.point,
+            normal: hit.facing_normal(here.ray.direction),
+            weight,
+            first_radius_squared: radius * radius,
+            least_radius_squared: (least * least).max(f64::MIN_POSITIVE),
+            pixel: pixel as u32,
+            object: hit.object as u32,
+            events: here.events,
+        });
+    }
+
+    fn branch_at(&mut self, here: Branch, hit: &Hit, interface: &Interface, stream: &mut Stream) {
+        let mut reflected = Branch {
+            ray: hit.leave(reflect(here.ray.direction, hit.normal)),
+            ..here
+        };
+        let Some(direction) = interface.refracted else {
+            self.send(reflected, stream);
+            return;
+        };
+        let mut refracted = Branch {
+            ray: hit.leave(direction),
+            weight: here.weight * interface.radiance_scale,
+            medium: interface.beyond,
+            ..here
+        };
+        if self.sampling.split {
+            reflected.weight *= interface.reflectance;
+            refracted.weight *= 1.0 - interface.reflectance;
+            self.send(reflected, stream);
+            self.send(refracted, stream);
+        } else if stream.uniform() < interface.reflectance {
+            self.send(reflected, stream);
+        } else {
+            self.send(refracted, stream);
+        }
+    }
+
+    /// Keeps a branch, or ends it by roulette that keeps the mean if it is light or long.
+    fn send(&mut self, mut branch: Branch, stream: &mut Stream) {
+        let mut survival = (branch.weight.max_element() / LEAST_WEIGHT).min(1.0);
+        if branch.events > LONG_CHAIN {
+            survival *= CHAIN_SURVIVAL;
+        }
+        if survival < 1.0 {
+            if stream.uniform() >= survival {
+                return;
+            }
+            branch.weight /= survival;
+        }
+        self.out.work.scattered_rays += 1;
+        self.open.push(branch);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::strata;
+
+    #[test]
+    fn strata_are_as_many_as_the_samples() {
+        for (spp, expected) in [
+            (1, (1, 1)),
+            (2, (1, 2)),
+            (4, (2, 2)),
+            (7, (1, 7)),
+            (12, (3, 4)),
+            (16, (4, 4)),
+        ] {
+            assert_eq!(strata(spp), expected);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Gathering: which photons count at a hit point, and what they are worth there.
+
+use super::camera::HitPoint;
+use super::trace::Arrival;
+use crate::scene::Rgb;
+use std::f64::consts::PI;
+use std::ops::AddAssign;
+
+/// What a hit point gathered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gathered {
+    /// Sum of the flux of the photons, as [`Arrival::flux`].
+    pub flux: Rgb,
+    /// Number of photons.
+    pub photons: u64,
+}
+
+impl AddAssign for Gathered {
+    fn add_assign(&mut self, other: Self) {
+        self.flux += other.flux;
+        self.photons += other.photons;
+    }
+}
+
+/// Whether a photon within the radius counts at a hit point: same object, same side of it, and not too many events in all.
+///
+/// "Same side" compares the normals on the sides of arrival: at a thin wall the two sheets face apart, so neither light from
+/// behind nor light on the other sheet of the same object counts.
+pub fn accepts(hit_point: &HitPoint, photon: &Arrival, max_depth: Option<u32>) -> bool {
+    hit_point.object == photon.object
+        && hit_point.normal.dot(photon.normal) > 0.0
+        && max_depth.is_none_or(|most| {
+            u64::from(hit_point.events) + u64::from(photon.events) < u64::from(most)
+        })
+}
+
+/// Sums, in their order, the photons that the hit point accepts of those within its radius.
+pub fn gather(
+    hit_point: &HitPoint,
+    within: &[u32],
+    arrivals: &[Arrival],
+    max_depth: Option<u32>,
+) -> Gathered {
+    let mut gathered = Gathered::default();
+    for &photon in within {
+        let photon = &arrivals[photon as usize];
+        if accepts(hit_point, photon, max_depth) {
+            gathered.flux += photon.flux;
+            gathered.photons += 1;
+        }
+    }
+    gathered
+}
+
+/// The radiance that a hit point adds to its pixel in a pass of `emitted` photons: weight × flux / (π r² photons).
+///
+/// The running mean of this over the passes equals τ/(π r² photons) of the progressive form (Hachisuka, Ogaki and Jensen 2008),
+/// whatever the rule by which r shrinks: there τ is scaled with r², here every pass is divided by its own r².
+pub fn radiance(
+    hit_point: &HitPoint,
+    gathered: &Gathered,
+    radius_squared: f64,
+    emitted: f64,
+) -> Rgb {
+    if gathered.photons == 0 {
+        return Rgb::ZERO;
+    }
+    hit_point.weight * gathered.flux / (PI * radius_squared * emitted)
+}

@@ -24,7 +24,7 @@ const REPLICATES: i64 = 16;
 const RADIUS: f64 = 1.0;
 
 /// The experiment.
-pub const ANALYTIC: Experiment = Experiment {
+pub const EXPERIMENT: Experiment = Experiment {
     name: NAME,
     question: "Do path tracing and photon mapping give the radiance of scenes with a closed form?",
     prediction: "In a closed sphere of emission L_e and albedo ρ (furnace) the radiance is L_e/(1 − ρ) everywhere. With a point light of intensity I \

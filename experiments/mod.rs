@@ -2,8 +2,9 @@
 
 pub mod analytic;
 pub mod cup;
+pub mod photons;
 
 use crate::lab::experiment::Experiment;
 
 /// All experiments, in the order of the page.
-pub const ALL: &[Experiment] = &[analytic::ANALYTIC];
+pub const ALL: &[Experiment] = &[photons::EXPERIMENT, analytic::EXPERIMENT];

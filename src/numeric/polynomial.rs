@@ -72,13 +72,13 @@ pub fn split(c: &[f64; 7], s: f64) -> ([f64; 7], [f64; 7]) {
     let mut left = [c[0]; 7];
     let mut right = *c;
     let rest = 1.0 - s;
-    for level in 1..7 {
+    for (level, left) in left.iter_mut().enumerate().skip(1) {
         for i in 0..7 - level {
             right[i] = rest * right[i] + s * right[i + 1];
         }
-        left[level] = right[0];
+        *left = right[0];
     }
-    // After the loop `right` holds the right half already: entry i was last written at level 6 − i.
+    // After the loop `right` holds the right part already: entry i was last written at level 6 − i.
     (left, right)
 }
 

@@ -39,6 +39,8 @@ pub struct PhotonMapper<'a> {
     settings: &'a Settings,
     /// Hit points of the present pass.
     view: View,
+    /// Square of the present radius of each.
+    radii_squared: Vec<f64>,
     /// Radius statistics under the local rule: of each hit point if these stay, else of each pixel.
     statistics: Vec<Statistics>,
     schedule: Schedule,
@@ -57,6 +59,18 @@ pub struct Phases {
     pub build: f64,
     /// Gathering.
     pub gather: f64,
+}
+
+impl Phases {
+    /// The phases with their names.
+    pub fn named(&self) -> Vec<(&'static str, f64)> {
+        vec![
+            ("camera", self.camera),
+            ("trace", self.trace),
+            ("build", self.build),
+            ("gather", self.gather),
+        ]
+    }
 }
 
 impl<'a> PhotonMapper<'a> {
@@ -90,6 +104,7 @@ impl<'a> PhotonMapper<'a> {
                 scene,
                 settings,
                 view: View::default(),
+                radii_squared: Vec::new(),
                 statistics: Vec::new(),
                 schedule: Schedule::new(settings.rule, settings.alpha),
                 tree: None,
@@ -109,14 +124,14 @@ impl<'a> PhotonMapper<'a> {
         let mut work = Work::default();
         let clock = Instant::now();
         let renewed = self.place_hit_points(pass, &mut work);
-        let radii_squared = self.radii_squared(pass);
+        self.radii_squared = self.squares_of(pass);
         phases.camera += clock.elapsed().as_secs_f64();
 
         let gathered = if self.scene.lights.dark() {
-            vec![Gathered::default(); radii_squared.len()]
+            vec![Gathered::default(); self.radii_squared.len()]
         } else {
             let clock = Instant::now();
-            let tree = self.index(renewed, &radii_squared);
+            let tree = self.index(renewed);
             phases.build += clock.elapsed().as_secs_f64();
             let gathered = self.gather(&tree, pass, phases, &mut work);
             self.tree = Some(tree);
@@ -124,7 +139,7 @@ impl<'a> PhotonMapper<'a> {
         };
 
         let clock = Instant::now();
-        self.add_to(film, &radii_squared, &gathered);
+        self.add_to(film, &gathered);
         self.shrink(&gathered);
         phases.gather += clock.elapsed().as_secs_f64();
         work
@@ -138,6 +153,11 @@ impl<'a> PhotonMapper<'a> {
     /// The hit points of the last pass.
     pub fn hit_points(&self) -> &[HitPoint] {
         &self.view.hit_points
+    }
+
+    /// Squares of the radii that these had in the last pass.
+    pub fn radii_squared(&self) -> &[f64] {
+        &self.radii_squared
     }
 
     /// Radius statistics after the last pass under the local rule: of each hit point for `ppm`, of each pixel otherwise.
@@ -192,7 +212,7 @@ impl<'a> PhotonMapper<'a> {
         }
     }
 
-    fn radii_squared(&mut self, pass: u64) -> Vec<f64> {
+    fn squares_of(&mut self, pass: u64) -> Vec<f64> {
         let common = self.schedule.shrink(pass);
         self.view
             .hit_points
@@ -209,13 +229,14 @@ impl<'a> PhotonMapper<'a> {
     }
 
     /// The tree over the hit points: the old one with new radii where they stay.
-    fn index(&mut self, renewed: bool, radii_squared: &[f64]) -> KdTree {
+    fn index(&mut self, renewed: bool) -> KdTree {
+        let radii_squared = &self.radii_squared;
         let old = self.tree.take().filter(|_| !renewed);
         let tree = match old {
             Some(mut tree) => tree.set_radii_squared(radii_squared).map(|()| tree),
             None => {
                 let centers = self.view.hit_points.iter().map(|hit| hit.point).collect();
-                Balls::new(centers, radii_squared.to_vec())
+                Balls::new(centers, radii_squared.clone())
                     .map(|balls| KdTree::new(&balls, Split::Widest))
             }
         };
@@ -268,12 +289,11 @@ impl<'a> PhotonMapper<'a> {
     }
 
     /// Adds the pass's sample to every pixel: emission, and the hit points in their order.
-    fn add_to(&self, film: &mut Film, radii_squared: &[f64], gathered: &[Gathered]) {
+    fn add_to(&self, film: &mut Film, gathered: &[Gathered]) {
         let emitted = self.settings.photons as f64;
         let mut samples = self.view.emission.clone();
-        for ((hit_point, radius_squared), gathered) in
-            self.view.hit_points.iter().zip(radii_squared).zip(gathered)
-        {
+        let radii = self.view.hit_points.iter().zip(&self.radii_squared);
+        for ((hit_point, radius_squared), gathered) in radii.zip(gathered) {
             samples[hit_point.pixel as usize] +=
                 gather::radiance(hit_point, gathered, *radius_squared, emitted);
         }
@@ -294,17 +314,5 @@ impl<'a> PhotonMapper<'a> {
         for (statistics, photons) in self.statistics.iter_mut().zip(found) {
             *statistics = statistics.after(photons, self.settings.alpha);
         }
-    }
-}
-
-impl Phases {
-    /// The phases with their names.
-    pub fn named(&self) -> Vec<(&'static str, f64)> {
-        vec![
-            ("camera", self.camera),
-            ("trace", self.trace),
-            ("build", self.build),
-            ("gather", self.gather),
-        ]
     }
 }

@@ -147,7 +147,7 @@ fn classify(
 
 /// A step this short ends the search: Newton's error after it is of the order of its square, and the polish that follows squares
 /// it again, as often as it takes.
-const SHORT: f64 = 1e-4;
+const SHORT: f64 = 1e-7;
 
 /// Steps after which every second one is a bisection, so that the search ends whatever the polynomial.
 const PATIENCE: u32 = 10;
@@ -175,7 +175,8 @@ pub(super) fn refine(bracket: &Bracket, steps: &mut u64, f: impl Fn(f64) -> (f64
             u = next;
         } else {
             u = 0.5 * (low + high);
-            if high - low < f64::EPSILON {
+            let width = high - low;
+            if width < f64::EPSILON {
                 return u;
             }
         }

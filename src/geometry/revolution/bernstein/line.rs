@@ -60,7 +60,8 @@ impl Line {
         o.y -= prepared.middle;
         let o = o * l1 * l2;
         let reach = o.x.abs() + o.y.abs() + o.z.abs();
-        if !(reach < FAR) || power.abs() > 2000 {
+        let near = reach < FAR;
+        if !near || power.abs() > 2000 {
             return Err(Undecided);
         }
         let unit = halves(power);
@@ -191,13 +192,15 @@ impl Line {
     /// regular wherever the ray is not tangent, for every direction, so t and u come out as exact as the ray allows.
     #[inline]
     pub(super) fn polish(&self, piece: &PreparedPiece, u: f64, t: f64) -> Root {
-        let (first, change) = self.polish_once(piece, u, t);
-        // The error left is of the order of the square of the change.
-        if change > 1e-8 && change < 1e-3 {
-            self.polish_once(piece, first.u, first.t).0
-        } else {
-            first
+        let (mut root, mut change) = self.polish_once(piece, u, t);
+        // The error left is of the order of the square of the change, divided by the distance to the nearest other root.
+        for _ in 0..4 {
+            if !(1e-11..1e-3).contains(&change) {
+                break;
+            }
+            (root, change) = self.polish_once(piece, root.u, root.t);
         }
+        root
     }
 
     /// One step, with its size. The root stays as it is where the step is too great for a polish: the ray is nearly tangent there,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use num_bigint::BigInt;
 use num_traits::{Signed, Zero};
-use photolathe::experiments::cup::{cup, random_ray};
+use photolathe::experiments::cup::random_ray;
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::exact::{certain_crossings, crossings};
@@ -200,7 +200,7 @@ fn a_ray_along_an_inflection_meets_it_once_with_multiplicity_three() {
 
 #[test]
 fn the_axis_meets_the_cup_at_its_two_caps() {
-    let found = crossings(&cup(), &ray([0.0, 5.0, 0.0], [0.0, -1.0, 0.0]));
+    let found = crossings(&Profile::cup(), &ray([0.0, 5.0, 0.0], [0.0, -1.0, 0.0]));
     let expected = [(5.0 - 1.3, 5, 1.0), (5.0 - 0.04, 0, 0.0)];
     assert_eq!(found.len(), 2);
     for (crossing, (t, piece, u)) in found.iter().zip(expected) {
@@ -329,7 +329,7 @@ fn a_crossing_at_the_origin_has_t_zero_exactly() {
 /// The polynomial's roots come in pairs as close as d_y; at 5e-324 they are told apart by two thousand bisections or so.
 #[test]
 fn nearly_level_rays_tend_to_the_level_ray() {
-    let surface = cup();
+    let surface = Profile::cup();
     let aimed = |y: f64, dy: f64| times(&surface, &ray([-9.0, y, 0.3], [1.0, dy, 0.0]));
     for (y, count) in [(1.0, 2), (2.05, 4)] {
         let level = aimed(y, 0.0);
@@ -348,7 +348,7 @@ fn nearly_level_rays_tend_to_the_level_ray() {
 
 #[test]
 fn powers_of_two_scale_the_answer_to_the_bit() {
-    let surface = cup();
+    let surface = Profile::cup();
     for power in [-900, -60, 60, 900] {
         let scale = libm::scalbn(1.0, power);
         let pieces = surface.pieces().iter().map(|p| Piece {
@@ -368,16 +368,16 @@ fn powers_of_two_scale_the_answer_to_the_bit() {
 #[test]
 fn rays_that_are_not_rays_have_no_crossing() {
     for bad in [f64::NAN, f64::INFINITY] {
-        assert!(crossings(&cup(), &ray([bad, 0.0, 0.0], [1.0, 0.0, 0.0])).is_empty());
-        assert!(crossings(&cup(), &ray([0.0; 3], [1.0, bad, 0.0])).is_empty());
+        assert!(crossings(&Profile::cup(), &ray([bad, 0.0, 0.0], [1.0, 0.0, 0.0])).is_empty());
+        assert!(crossings(&Profile::cup(), &ray([0.0; 3], [1.0, bad, 0.0])).is_empty());
     }
-    assert!(crossings(&cup(), &ray([0.0; 3], [0.0; 3])).is_empty());
+    assert!(crossings(&Profile::cup(), &ray([0.0; 3], [0.0; 3])).is_empty());
 }
 
 /// The cup is a solid: a line crosses it an even number of times (multiplicities counted), and every crossing lies on it.
 #[test]
 fn random_rays_cross_the_cup_evenly_and_at_points_of_it() {
-    let surface = cup();
+    let surface = Profile::cup();
     let mut hits = 0;
     for index in 0..1500 {
         let ray = random_ray(&mut Stream::new(7, Purpose::Test, index));

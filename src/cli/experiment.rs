@@ -1,7 +1,7 @@
 //! The main of every experiment binary.
 
 use crate::experiments;
-use crate::lab::claim::{Claim, Verdict};
+use crate::lab::claim::Claim;
 use crate::lab::experiment::{Effort, Experiment};
 use crate::lab::progress::Progress;
 use crate::lab::runner::{RunOptions, Shard, checked_plan, run_experiment};
@@ -50,6 +50,16 @@ pub(crate) fn threads(text: &str) -> Result<usize, String> {
     count.ok_or_else(|| format!("expected a whole number from 1 to {MAX_THREADS}"))
 }
 
+/// Limits the threads of everything that does not have a pool of its own.
+pub(crate) fn limit_threads(count: Option<usize>) -> anyhow::Result<()> {
+    if let Some(count) = count {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(count)
+            .build_global()?;
+    }
+    Ok(())
+}
+
 /// Runs the experiment of a name with the flags of the command line.
 ///
 /// # Panics
@@ -80,6 +90,7 @@ fn run(experiment: &Experiment, arguments: Arguments) -> anyhow::Result<ExitCode
         out: arguments.out,
         shard: arguments.shard,
     };
+    limit_threads(options.threads)?;
     let progress = Progress::start(experiment.name);
     let finished = run_experiment(experiment, &options, &|done, all| progress.tell(done, all))?;
     progress.end(&format!(
@@ -92,51 +103,17 @@ fn run(experiment: &Experiment, arguments: Arguments) -> anyhow::Result<ExitCode
             finished.missing
         );
     }
-    write!(stdout, "{}", claims_table(&finished.conclusion.claims))?;
+    let claims: Vec<(&Claim, f64)> = finished
+        .conclusion
+        .claims
+        .iter()
+        .map(|claim| (claim, finished.seconds))
+        .collect();
+    write!(stdout, "{}", super::table::claims(&claims))?;
     Ok(exit_code(&finished.conclusion.claims))
 }
 
 /// 1 if a claim failed, or its effort should have decided it and did not.
 pub(crate) fn exit_code(claims: &[Claim]) -> ExitCode {
     ExitCode::from(u8::from(claims.iter().any(Claim::fails_the_run)))
-}
-
-/// The claims as a table for people, failures first.
-pub(crate) fn claims_table(claims: &[Claim]) -> String {
-    let mut text = String::new();
-    let mut sorted: Vec<&Claim> = claims.iter().collect();
-    sorted.sort_by_key(|claim| urgency(claim.verdict));
-    for claim in sorted {
-        text += &format!(
-            "{:12}  {}/{}: predicted {}, measured {} [{}, {}], n {}, detectable {}\n",
-            claim.verdict.word(),
-            claim.experiment,
-            claim.claim,
-            plain(claim.predicted),
-            plain(claim.measured),
-            plain(claim.ci_low),
-            plain(claim.ci_high),
-            claim.n,
-            plain(claim.detectable),
-        );
-    }
-    text
-}
-
-/// Order of verdicts on pages: failures on top.
-pub(crate) fn urgency(verdict: Verdict) -> u8 {
-    match verdict {
-        Verdict::Fail => 0,
-        Verdict::Inconclusive => 1,
-        Verdict::Pass => 2,
-        Verdict::NotRun => 3,
-    }
-}
-
-/// A number in ASCII.
-pub(crate) fn plain(x: f64) -> String {
-    crate::lab::page::number(x)
-        .replace('−', "-")
-        .replace('∞', "inf")
-        .replace('–', "-")
 }

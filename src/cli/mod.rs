@@ -4,9 +4,13 @@
 
 pub mod compare;
 pub mod experiment;
+pub mod golden;
+pub mod inspect;
 pub mod intersect;
 pub mod render;
 mod resources;
+mod table;
+pub mod verify;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -38,8 +42,14 @@ enum Command {
     Render(render::RenderArgs),
     /// Intersect a list of rays with a scene.
     Intersect(intersect::IntersectArgs),
+    /// Show what the program understood of a scene, and draw a profile.
+    Inspect(inspect::InspectArgs),
     /// Compare two pictures; the second is the reference.
     Compare(compare::Args),
+    /// Run the experiments and show what was predicted and what was measured.
+    Verify(verify::VerifyArgs),
+    /// Check or accept golden pictures.
+    Golden(golden::GoldenArgs),
 }
 
 /// Runs the command line and gives the exit code.
@@ -48,7 +58,10 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(args) => render::run(&args),
         Command::Intersect(args) => intersect::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
         Command::Compare(args) => compare::run(args),
+        Command::Verify(args) => verify::run(&args),
+        Command::Golden(args) => golden::run(&args),
     };
     result.unwrap_or_else(|error| {
         eprintln!("photolathe: {error:#}");

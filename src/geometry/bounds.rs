@@ -70,33 +70,42 @@ impl Cylinder {
     pub fn interval(&self, ray: &Ray) -> Option<(f64, f64)> {
         let (o, d) = (ray.origin, ray.direction);
         let (low, high) = slab(self.bottom, self.top, o.y, d.y)?;
-        let wide = d.x.abs().max(d.z.abs());
-        let reach = o.x.abs().max(o.z.abs());
-        if wide == 0.0 {
+        let speed = length(d.x, d.z);
+        if speed == 0.0 {
             let distance = length(o.x, o.z);
             return (distance <= self.radius * (1.0 + MARGIN)).then_some((low, high));
         }
-        // Along the horizontal unit direction e: nearest to the axis at arc length −o·e, at the distance |o × e|.
-        let (x, z) = (d.x / wide, d.z / wide);
-        let norm = (x * x + z * z).sqrt();
-        let (x, z) = (x / norm, z / norm);
-        let slack = MARGIN * (reach + self.radius);
+        // Along the horizontal unit direction: nearest to the axis at arc length −o·e, at the distance |o × e|.
+        let (x, z) = (d.x / speed, d.z / speed);
+        let slack = MARGIN * (o.x.abs().max(o.z.abs()) + self.radius);
         let distance = (o.x * z - o.z * x).abs() - slack;
         let radius = self.radius + slack;
         if distance > radius {
             return None;
         }
         let near = distance.max(0.0);
-        let half =
-            (radius - near).max(0.0).sqrt() * (radius + near).sqrt() * (1.0 + MARGIN) + slack;
+        let half = length_of_leg(radius, near) * (1.0 + MARGIN) + slack;
         let middle = -(o.x * x + o.z * z);
-        let speed = wide * norm;
         let (enter, leave) = outward((middle - half) / speed, (middle + half) / speed);
         let (low, high) = (low.max(enter), high.min(leave));
-        // Not `low > high`: a NaN from overflowing input must not cull.
+        // Not `low <= high`: a NaN from overflowing input must not cull.
         if high < low { None } else { Some((low, high)) }
     }
 }
+
+/// √(a² − b²) for a ≥ b ≥ 0 without cancellation or overflow.
+#[inline]
+fn length_of_leg(a: f64, b: f64) -> f64 {
+    let product = (a - b).max(0.0) * (a + b);
+    if product > 1.0 / MODERATE && product < MODERATE {
+        product.sqrt()
+    } else {
+        (a - b).max(0.0).sqrt() * (a + b).sqrt()
+    }
+}
+
+/// Squares up to this size neither overflow nor, above its inverse, lose digits to underflow.
+const MODERATE: f64 = 1e280;
 
 /// Relative outward move of every bound: each is the result of fewer than 16 roundings.
 const MARGIN: f64 = 16.0 * f64::EPSILON;
@@ -119,7 +128,13 @@ fn outward(low: f64, high: f64) -> (f64, f64) {
     (low - down, high + up)
 }
 
-/// √(x² + z²) without over- or underflow.
+/// √(x² + z²), to a few roundings, without over- or underflow.
+#[inline]
 fn length(x: f64, z: f64) -> f64 {
-    libm::hypot(x, z)
+    let square = x * x + z * z;
+    if square > 1.0 / MODERATE && square < MODERATE {
+        square.sqrt()
+    } else {
+        libm::hypot(x, z)
+    }
 }

@@ -223,7 +223,7 @@ impl Profile {
         };
         let capped = first.radius[0] == 0.0 && last.radius[3] == 0.0;
         let ring = first.point(0) == last.point(3);
-        let volume: f64 = self.pieces.iter().map(Piece::volume_over_pi).sum();
+        let volume = self.volume();
         if !(capped || ring) || volume == 0.0 {
             Solid::Open
         } else if volume > 0.0 {
@@ -231,6 +231,12 @@ impl Profile {
         } else {
             Solid::Inward
         }
+    }
+
+    /// The volume that the revolved profile encloses, π ∫ r² dh: negative for inward normals, and what its two end discs would
+    /// close off for an open profile.
+    pub fn volume(&self) -> f64 {
+        std::f64::consts::PI * self.pieces.iter().map(Piece::volume_over_pi).sum::<f64>()
     }
 
     /// Greatest magnitudes of the control radii and of the control heights: they bound the curve.

@@ -66,17 +66,19 @@ pub fn cubic(c: &[f64; 4], u: f64) -> (f64, f64) {
     (value, 3.0 * slope)
 }
 
-/// The two halves of a polynomial of degree 6 cut at `s`, each in Bernstein form on its own [0, 1].
+/// The two parts of a polynomial of degree 6 cut at `s`, each in Bernstein form on its own [0, 1].
+#[inline]
 pub fn split(c: &[f64; 7], s: f64) -> ([f64; 7], [f64; 7]) {
     let mut left = [c[0]; 7];
     let mut right = *c;
-    for level in 1..7 {
+    let rest = 1.0 - s;
+    for (level, left) in left.iter_mut().enumerate().skip(1) {
         for i in 0..7 - level {
-            right[i] = (1.0 - s) * right[i] + s * right[i + 1];
+            right[i] = rest * right[i] + s * right[i + 1];
         }
-        left[level] = right[0];
+        *left = right[0];
     }
-    // After the loop `right` holds the right half already: entry i was last written at level 6 − i.
+    // After the loop `right` holds the right part already: entry i was last written at level 6 − i.
     (left, right)
 }
 

@@ -2,7 +2,7 @@
 //! exact mirrors and dielectrics, no light scattered diffusely more than once.
 //!
 //! At a dielectric both branches are followed while they matter; below that, Russian roulette keeps the mean. Area lights are
-//! sampled in [`LIGHT_GRID`]² strata. The path hash covers the part without chance, so it has no noise.
+//! sampled in up to [`LIGHT_GRID`]² strata. The path hash covers the part without chance, so it has no noise.
 
 use super::antialias::{CENTER, Event, GRID, Met, PathHash, mask};
 use super::film::Film;
@@ -20,8 +20,9 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Strata per side of an area light's unit square.
-const LIGHT_GRID: u32 = 4;
+/// Strata per side of an area light's unit square for a branch that carries the whole pixel; a branch of weight w gets √w times
+/// as many, so that shadow rays go where their noise would be seen.
+const LIGHT_GRID: f64 = 4.0;
 
 /// Branches of at least this weight are always followed; lighter ones play roulette for it.
 const SURE_WEIGHT: f64 = 1.0 / 256.0;
@@ -216,10 +217,13 @@ impl<'a> Whitted<'a> {
         if scatters && lobes.diffuse != Rgb::ZERO {
             let normal = hit.facing_normal(direction);
             let from = hit.leave(normal).origin;
+            let strata = (LIGHT_GRID * branch.heaviness().sqrt())
+                .ceil()
+                .clamp(1.0, LIGHT_GRID);
             let lights = self.scene.lights.all();
             let irradiance: Rgb = lights
                 .iter()
-                .map(|light| self.irradiance(light, from, normal, stream, work))
+                .map(|light| self.irradiance(light, strata as u32, from, normal, stream, work))
                 .sum();
             radiance += lobes.diffuse / PI * irradiance;
         }
@@ -229,13 +233,14 @@ impl<'a> Whitted<'a> {
     fn irradiance(
         &self,
         light: &Light,
+        strata: u32,
         from: DVec3,
         normal: DVec3,
         stream: &mut Stream,
         work: &mut Work,
     ) -> Rgb {
         let strata = if matches!(light, Light::Area { .. }) {
-            LIGHT_GRID
+            strata
         } else {
             1
         };
@@ -319,9 +324,14 @@ impl Branch {
         }
     }
 
+    /// Share of the pixel that the branch carries, the radiance scale of glass left out.
+    fn heaviness(&self) -> f64 {
+        self.weight.max_element() / self.scale
+    }
+
     /// The branch as it is if heavy enough; else what roulette leaves of it (nothing without a stream).
     fn admitted(self, stream: Option<&mut Stream>) -> Option<Self> {
-        let heaviness = self.weight.max_element() / self.scale;
+        let heaviness = self.heaviness();
         if heaviness >= SURE_WEIGHT && self.depth < SURE_DEPTH {
             return Some(self);
         }

@@ -79,6 +79,11 @@ impl Camera {
         self.lens_radius
     }
 
+    /// Distance of the plane of focus along the view axis.
+    pub fn focus_distance(&self) -> f64 {
+        self.focus_distance
+    }
+
     /// Side of a pixel on the plane at distance 1 from the eye, for a film of `height` pixels.
     pub fn pixel_size(&self, height: u32) -> f64 {
         2.0 * self.tan_half_fov / f64::from(height)

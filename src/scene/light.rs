@@ -256,6 +256,9 @@ impl Light {
                     error,
                 } = surface.sample_towards(point, u)?;
                 let radiance = emission.towards(cos);
+                // A ray from here to there meets the surface within the error of the surface and the roundings of its own
+                // way: of where it starts, and of its direction over the distance.
+                let error = error + 4.0 * f64::EPSILON * (point.abs().max_element() + distance);
                 (radiance != Rgb::ZERO && density > 0.0 && density.is_finite()).then(|| Incident {
                     direction,
                     distance,

@@ -53,18 +53,23 @@ pub struct Prepared {
     height: f64,
 }
 
+/// Seven Bernstein coefficients, the last one twice: an even count suits vector registers.
+type Padded = [f64; 8];
+
 /// One piece, scaled and centred.
 #[derive(Clone, Debug)]
 struct PreparedPiece {
     index: u32,
     radius: [f64; 4],
     height: [f64; 4],
-    radius_squared: [f64; 7],
-    height_squared: [f64; 7],
-    height_raised: [f64; 7],
+    radius_squared: Padded,
+    height_squared: Padded,
+    height_raised: Padded,
     bottom: f64,
     top: f64,
     flat: bool,
+    /// Places of the pieces that share the start and the end.
+    neighbours: [Option<usize>; 2],
     /// Parameters 0, the extrema of h, 1.
     breaks: Vec<f64>,
     /// Bound of |h″|.
@@ -93,7 +98,7 @@ impl Prepared {
         let (radius, _) = profile.control_size();
         let exponent = line::exponent(radius.max(high - middle));
         let scaled = |x: f64| libm::scalbn(x, -exponent);
-        let pieces: Vec<PreparedPiece> = (0..)
+        let mut pieces: Vec<PreparedPiece> = (0..)
             .zip(profile.pieces())
             .filter(|(_, piece)| !piece.on_axis())
             .map(|(index, piece)| {
@@ -104,6 +109,7 @@ impl Prepared {
                 PreparedPiece::new(index, piece.is_flat(), &centred)
             })
             .collect();
+        link(&mut pieces);
         let order = |key: &dyn Fn(&PreparedPiece) -> f64| {
             let mut order: Vec<usize> = (0..pieces.len()).collect();
             order.sort_by(|&a, &b| key(&pieces[a]).total_cmp(&key(&pieces[b])));
@@ -141,7 +147,7 @@ impl Prepared {
             if line.misses_heights(piece) {
                 continue;
             }
-            line.solve(piece, &mut steps, &mut |root| {
+            line.solve(&self.pieces, place, &mut steps, &mut |root| {
                 if line.in_range(&root)? && best.is_none_or(|(_, found)| root.t < found.t) {
                     best = Some((piece.index, root));
                 }
@@ -165,12 +171,11 @@ impl Prepared {
         let line = Line::new(self, ray, interval)?;
         let mut found = Vec::new();
         let mut steps = 0;
-        for piece in self
-            .pieces
-            .iter()
-            .filter(|piece| !line.misses_heights(piece))
-        {
-            line.solve(piece, &mut steps, &mut |root| {
+        for (place, piece) in self.pieces.iter().enumerate() {
+            if line.misses_heights(piece) {
+                continue;
+            }
+            line.solve(&self.pieces, place, &mut steps, &mut |root| {
                 if line.in_range(&root)? {
                     found.push(line.crossing(piece.index, &root));
                 }
@@ -194,9 +199,9 @@ impl Prepared {
 impl PreparedPiece {
     fn new(index: u32, flat: bool, piece: &Piece) -> Self {
         let raised = |c: &[f64]| {
-            let mut seven = [0.0; 7];
-            seven.copy_from_slice(&elevate(c, 6));
-            seven
+            let mut padded = [c[c.len() - 1]; 8];
+            padded[..7].copy_from_slice(&elevate(c, 6));
+            padded
         };
         let (bottom, top) = cubic_range(&piece.height);
         let mut breaks = vec![0.0];
@@ -216,9 +221,24 @@ impl PreparedPiece {
             bottom,
             top,
             flat,
+            neighbours: [None; 2],
             breaks,
             bend,
             spread: 6.0 * size * steps.fold(0.0, f64::max),
+        }
+    }
+}
+
+/// Joins each piece with those that start where it ends.
+fn link(pieces: &mut [PreparedPiece]) {
+    for from in 0..pieces.len() {
+        let to = (from + 1) % pieces.len();
+        let (a, b) = (&pieces[from], &pieces[to]);
+        let meet = a.radius[3] == b.radius[0] && a.height[3] == b.height[0];
+        // Consecutive in the profile too: a piece on the axis, which is not here, may lie between them.
+        if meet && (a.index + 1 == b.index || to == 0) {
+            pieces[from].neighbours[1] = Some(to);
+            pieces[to].neighbours[0] = Some(from);
         }
     }
 }
@@ -228,10 +248,12 @@ impl Line {
     #[inline]
     fn solve(
         &self,
-        piece: &PreparedPiece,
+        pieces: &[PreparedPiece],
+        place: usize,
         steps: &mut u64,
         found: &mut impl FnMut(Root) -> Result<(), Undecided>,
     ) -> Result<(), Undecided> {
+        let piece = &pieces[place];
         if piece.flat {
             return self.solve_flat(piece, steps, found);
         }
@@ -244,20 +266,44 @@ impl Line {
         if self.is_level() {
             return Err(Undecided);
         }
-        self.solve_sextic(piece, steps, found)
-    }
-
-    fn solve_sextic(
-        &self,
-        piece: &PreparedPiece,
-        steps: &mut u64,
-        found: &mut impl FnMut(Root) -> Result<(), Undecided>,
-    ) -> Result<(), Undecided> {
-        let c = self.coefficients(piece);
+        let mut c = self.coefficients(piece);
+        if c[0].abs() <= self.error || c[6].abs() <= self.error {
+            self.settle_ends(pieces, piece, &mut c)?;
+        }
         isolate(&c, self.error, &mut |bracket: Bracket| {
             let u = refine(&bracket, steps, |u| self.value(piece, u));
             found(self.root_at(piece, u))
         })
+    }
+
+    /// A root within rounding of a joint belongs to one of two pieces, and either answer is as good.
+    ///
+    /// Both pieces compute the value at the joint from the same numbers, so its computed sign, right or wrong, gives the root to
+    /// exactly one of them, provided that f runs through the joint: its slopes on both sides have the same certain sign. Where it
+    /// turns back, or where the profile ends, the sign matters.
+    #[cold]
+    fn settle_ends(
+        &self,
+        pieces: &[PreparedPiece],
+        piece: &PreparedPiece,
+        c: &mut Padded,
+    ) -> Result<(), Undecided> {
+        for (side, end, inner) in [(0, 0, 1), (1, 6, 5)] {
+            if c[end].abs() > self.error {
+                continue;
+            }
+            let neighbour = piece.neighbours[side].map(|place| &pieces[place]);
+            let neighbour = neighbour.filter(|piece| !piece.flat).ok_or(Undecided)?;
+            let beyond = self.coefficients(neighbour)[6 - inner];
+            let through = c[inner] > self.error && beyond < -self.error
+                || c[inner] < -self.error && beyond > self.error;
+            if !through {
+                return Err(Undecided);
+            }
+            c[end] = (2.0 * self.error).copysign(c[end] + 0.0);
+        }
+        c[7] = c[6];
+        Ok(())
     }
 
     /// A flat piece: t is known, and r² = |o + t d|² in the plane remains. A ray in the plane has no hit.

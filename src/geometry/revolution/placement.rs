@@ -38,9 +38,10 @@ impl Placement {
     /// The ray in the profile's own frame: the same t.
     #[inline]
     pub fn ray_to_local(&self, ray: &Ray) -> Ray {
+        let inverse = 1.0 / self.scale;
         let turned = |v: DVec3| {
             let r = &self.rotation;
-            DVec3::new(r.x_axis.dot(v), r.y_axis.dot(v), r.z_axis.dot(v)) / self.scale
+            inverse * DVec3::new(r.x_axis.dot(v), r.y_axis.dot(v), r.z_axis.dot(v))
         };
         Ray {
             origin: turned(ray.origin - self.translate),

@@ -54,7 +54,9 @@ impl Source<'_> {
         if message == "duplicate key" {
             message += ", expected each key once";
         }
-        let origin = Origin::File(span);
+        let rest = self.text.get(span.start..).unwrap_or_default();
+        let word_end = rest.find(char::is_whitespace).unwrap_or(rest.len());
+        let origin = Origin::File(span.start..span.end.max(span.start + word_end));
         let word = self.word(&origin);
         if !word.is_empty() {
             message = format!("{word}: {message}");
@@ -85,7 +87,7 @@ impl Source<'_> {
         let words = text.get(range.clone()).unwrap_or_default();
         let line = words.split_whitespace().collect::<Vec<_>>().join(" ");
         match line.char_indices().nth(LONGEST_WORD) {
-            Some((end, _)) => format!("{} …", &line[..end]),
+            Some((end, _)) => format!("{} …", line[..end].trim_end()),
             None => line,
         }
     }

@@ -45,7 +45,10 @@ impl<'a> Textures<'a> {
         File::open(&path)
             .and_then(|file| file.take(MAX_PNG_BYTES + 1).read_to_end(&mut bytes))
             .map_err(|error| {
-                field.expected(&format!("the path of a readable PNG file ({error})"))
+                field.expected(&format!(
+                    "the path of a readable PNG file ({})",
+                    error.kind()
+                ))
             })?;
         let texture = Texture::from_png(&bytes).map_err(|error| {
             field.expected(&format!("a PNG file that can be a texture ({error})"))

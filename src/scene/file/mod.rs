@@ -56,9 +56,22 @@ pub fn parse(
         for index in 0..overrides.len() {
             document::apply(&mut root, &source, index)?;
         }
-        scene = build::scene(&source, &root, directory)?;
+        scene = build::scene(&source, &root, directory)
+            .map_err(|error| blame_overrides(error, overrides))?;
     }
     Ok(scene)
+}
+
+/// The error with the overrides named: the file by itself was good.
+fn blame_overrides(error: SceneError, overrides: &[Override]) -> SceneError {
+    if error.0.starts_with("--set ") {
+        return error;
+    }
+    let all: Vec<String> = overrides
+        .iter()
+        .map(|(key, value)| format!("--set {key}={value}"))
+        .collect();
+    SceneError(format!("{} (after {})", error.0, all.join(" ")))
 }
 
 fn read_text(path: &Path, name: &str) -> Result<String, SceneError> {

@@ -1,6 +1,6 @@
 //! Isolation of the roots of a polynomial of degree 6 on [0, 1], and their refinement.
 
-use super::Undecided;
+use super::{Padded, Undecided};
 use crate::numeric::polynomial::split;
 
 /// An interval that holds exactly one root, a simple one, with a guess of it.
@@ -22,28 +22,33 @@ const DEPTH: u32 = 40;
 /// whose roots such an error could make or unmake is undecided.
 #[inline]
 pub(super) fn isolate(
-    c: &[f64; 7],
+    c: &Padded,
     error: f64,
     found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
 ) -> Result<(), Undecided> {
-    let (positive, negative) = signs(c, error);
-    if positive == ALL || negative == ALL {
+    if one_signed(c, error) {
         return Ok(());
     }
-    if (positive | negative) & ENDS != ENDS {
-        return Err(Undecided);
-    }
+    let [c @ .., _] = *c;
     let node = Node {
-        c: *c,
+        c,
         low: 0.0,
         high: 1.0,
         error,
         depth: 0,
     };
-    if positive | negative == ALL && changes(positive) == 1 {
-        return found(node.bracket(positive));
+    classify(node, found)
+}
+
+/// Whether all coefficients are certainly positive or all certainly negative. False if one is NaN.
+#[inline]
+fn one_signed(c: &Padded, error: f64) -> bool {
+    let (mut above, mut below) = (true, true);
+    for &x in c {
+        above &= x > error;
+        below &= x < -error;
     }
-    divide(&node, found)
+    above || below
 }
 
 /// Bits of the coefficients that are certainly positive, and of those certainly negative.
@@ -88,20 +93,17 @@ impl Node {
         }
     }
 
-    /// Both halves. Each of the 21 corner cuts behind a coefficient rounds by at most half an ulp of the greatest, in a chain of
-    /// six, three operations each.
-    fn halves(&self, share: f64) -> (Self, Self) {
-        let size = self.c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let (left, right) = split(&self.c, share);
-        let middle = self.low + share * (self.high - self.low);
-        let half = |c, low, high| Self {
+    /// A part of the node. Each coefficient comes of a chain of at most six corner cuts, each of which rounds three times by at
+    /// most half an ulp of the greatest.
+    #[inline]
+    fn part(&self, c: [f64; 7], low: f64, high: f64, error: f64) -> Self {
+        Self {
             c,
             low,
             high,
-            error: self.error + 9.0 * f64::EPSILON * size,
+            error,
             depth: self.depth + 1,
-        };
-        (half(left, self.low, middle), half(right, middle, self.high))
+        }
     }
 }
 
@@ -112,32 +114,39 @@ fn divide(
     if node.depth >= DEPTH {
         return Err(Undecided);
     }
-    // A value near 0 at the cut would leave the ends of both halves in doubt: cut elsewhere.
-    let certain = |(left, _): &(Node, Node)| left.c[6].abs() > left.error;
-    let halves = [0.5, 0.406_25, 0.625]
-        .into_iter()
-        .map(|share| node.halves(share))
-        .find(certain)
-        .ok_or(Undecided)?;
-    for half in [&halves.0, &halves.1] {
-        let (positive, negative) = signs(&half.c, half.error);
-        if positive == ALL || negative == ALL {
-            continue;
-        }
-        if positive == 0 && negative & ENDS != ENDS || (positive | negative) & ENDS != ENDS {
-            return Err(Undecided);
-        }
-        if positive | negative == ALL && changes(positive) == 1 {
-            found(half.bracket(positive))?;
-        } else {
-            divide(half, found)?;
-        }
+    let size = node.c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let error = node.error + 9.0 * f64::EPSILON * size;
+    let mut share = 0.5;
+    let (mut left, mut right) = split(&node.c, share);
+    // A value near 0 at the cut would leave the ends of both halves in doubt: cut elsewhere, once.
+    if left[6].abs() <= error {
+        share = 0.406_25;
+        (left, right) = split(&node.c, share);
     }
-    Ok(())
+    let middle = node.low + share * (node.high - node.low);
+    classify(node.part(left, node.low, middle, error), found)?;
+    classify(node.part(right, middle, node.high, error), found)
+}
+
+#[inline]
+fn classify(
+    node: Node,
+    found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
+) -> Result<(), Undecided> {
+    let (positive, negative) = signs(&node.c, node.error);
+    if positive == ALL || negative == ALL {
+        Ok(())
+    } else if (positive | negative) & ENDS != ENDS {
+        Err(Undecided)
+    } else if positive | negative == ALL && changes(positive) == 1 {
+        found(node.bracket(positive))
+    } else {
+        divide(&node, found)
+    }
 }
 
 /// A step this short ends the search: Newton's error after it is of the order of its square, and the polish that follows squares
-/// it again.
+/// it again, as often as it takes.
 const SHORT: f64 = 1e-7;
 
 /// Steps after which every second one is a bisection, so that the search ends whatever the polynomial.
@@ -166,7 +175,8 @@ pub(super) fn refine(bracket: &Bracket, steps: &mut u64, f: impl Fn(f64) -> (f64
             u = next;
         } else {
             u = 0.5 * (low + high);
-            if high - low < f64::EPSILON {
+            let width = high - low;
+            if width < f64::EPSILON {
                 return u;
             }
         }

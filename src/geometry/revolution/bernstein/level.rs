@@ -103,7 +103,8 @@ impl Branches<'_> {
         let u = self.crossing(piece, part, ends[1] > ends[0], steps);
         let slope = cubic(&piece.height, u).1.abs();
         // |h′| changes by less than half of itself within twice the band, so the band is crossed within `reach`.
-        if !(4.0 * self.band * piece.bend < slope * slope) {
+        let steep = 4.0 * self.band * piece.bend < slope * slope;
+        if !steep {
             return Err(Undecided);
         }
         let reach = 2.0 * self.band / slope + 4.0 * f64::EPSILON;
@@ -113,7 +114,9 @@ impl Branches<'_> {
             return Ok(());
         }
         let least = half_chord - margin;
-        if !(least > 0.0) || !(self.slope.abs() * piece.spread < 0.8 * slope * least.sqrt()) {
+        // e′ = h′ − σ k (r²)′/(2 √(r² − ρ²)) keeps the sign of h′, which is at least half of `slope`.
+        let monotone = self.slope.abs() * piece.spread < 0.8 * slope * least.max(0.0).sqrt();
+        if !monotone {
             return Err(Undecided);
         }
         for side in [-1.0, 1.0] {
@@ -147,7 +150,8 @@ impl Branches<'_> {
                 u = next;
             } else {
                 u = 0.5 * (low + high);
-                if high - low < f64::EPSILON {
+                let width = high - low;
+                if width < f64::EPSILON {
                     return u;
                 }
             }

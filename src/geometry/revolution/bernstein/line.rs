@@ -1,6 +1,6 @@
 //! A ray in the scaled frame of a prepared profile: coefficients, values, and what a root gives.
 
-use super::{Prepared, PreparedPiece, Root, Undecided};
+use super::{Padded, Prepared, PreparedPiece, Root, Undecided};
 use crate::geometry::hit::Crossing;
 use crate::geometry::ray::Ray;
 use crate::numeric::polynomial::cubic;
@@ -60,7 +60,8 @@ impl Line {
         o.y -= prepared.middle;
         let o = o * l1 * l2;
         let reach = o.x.abs() + o.y.abs() + o.z.abs();
-        if !(reach < FAR) || power.abs() > 2000 {
+        let near = reach < FAR;
+        if !near || power.abs() > 2000 {
             return Err(Undecided);
         }
         let unit = halves(power);
@@ -128,9 +129,9 @@ impl Line {
 
     /// Bernstein coefficients of f on a piece.
     #[inline]
-    pub(super) fn coefficients(&self, piece: &PreparedPiece) -> [f64; 7] {
+    pub(super) fn coefficients(&self, piece: &PreparedPiece) -> Padded {
         let twice_b = 2.0 * self.b;
-        let mut c = [0.0; 7];
+        let mut c = [0.0; 8];
         for (i, c) in c.iter_mut().enumerate() {
             *c = self.along * piece.radius_squared[i]
                 - self.across * piece.height_squared[i]
@@ -187,10 +188,25 @@ impl Line {
         (r.abs() - distance) * (r.abs() + distance)
     }
 
-    /// One Newton step on both equations at once, |o + t d|² = r² across the axis and o_y + t d_y = h along it. Its matrix is
+    /// Newton steps on both equations at once, |o + t d|² = r² across the axis and o_y + t d_y = h along it. Their matrix is
     /// regular wherever the ray is not tangent, for every direction, so t and u come out as exact as the ray allows.
     #[inline]
     pub(super) fn polish(&self, piece: &PreparedPiece, u: f64, t: f64) -> Root {
+        let (mut root, mut change) = self.polish_once(piece, u, t);
+        // The error left is of the order of the square of the change, divided by the distance to the nearest other root.
+        for _ in 0..4 {
+            if !(1e-11..1e-3).contains(&change) {
+                break;
+            }
+            (root, change) = self.polish_once(piece, root.u, root.t);
+        }
+        root
+    }
+
+    /// One step, with its size. The root stays as it is where the step is too great for a polish: the ray is nearly tangent there,
+    /// and the root as isolated is better.
+    #[inline]
+    fn polish_once(&self, piece: &PreparedPiece, u: f64, t: f64) -> (Root, f64) {
         let (r, r_slope) = cubic(&piece.radius, u);
         let (h, h_slope) = cubic(&piece.height, u);
         let (px, pz) = (self.o.x + t * self.d.x, self.o.z + t * self.d.z);
@@ -198,26 +214,25 @@ impl Line {
         let across = 0.5 * (px * px + pz * pz - r * r);
         let along = self.o.y + t * self.d.y - h;
         let fall = r * r_slope;
-        let determinant = fall * self.d.y - towards * h_slope;
-        let dt = (across * h_slope - fall * along) / determinant;
-        let du = (self.d.y * across - towards * along) / determinant;
-        // A step of more than this is not a polish: the ray is nearly tangent, and the root as isolated is better.
-        let good = dt.abs() < 1e-5 && du.abs() < 1e-5;
-        let (t, u) = if good {
+        let determinant = 1.0 / (fall * self.d.y - towards * h_slope);
+        let dt = (across * h_slope - fall * along) * determinant;
+        let du = (self.d.y * across - towards * along) * determinant;
+        let change = du.abs().max(dt.abs());
+        let (t, u) = if change < 1e-3 {
             (t + dt, (u + du).clamp(0.0, 1.0))
         } else {
             (t, u)
         };
         let scale = self.reach + 4.0 * t.abs() + 1.0;
         let sure = 8.0 * f64::EPSILON * scale * r.abs() * (h_slope.abs() + r_slope.abs());
-        // At a tangency the error of t is the root of a rounding.
-        let tolerance = (sure / determinant.abs()).min(1e-7 * scale);
-        Root {
+        let root = Root {
             u,
             t,
-            tolerance,
+            // At a tangency the error of t is the root of a rounding.
+            tolerance: (sure * determinant.abs()).min(1e-7 * scale),
             height: h,
-        }
+        };
+        (root, change)
     }
 
     /// Where the ray meets the plane of a height: t, the distance from the axis there, and the error of its square, both against

@@ -1,0 +1,168 @@
+//! `photolathe golden`: pictures that must not change unnoticed.
+
+use super::table::aligned;
+use crate::image::exr;
+use crate::lab::golden::{self, GoldenVerdict, Outcome};
+use crate::lab::page::number;
+use crate::lab::progress::Progress;
+use crate::lab::report::duration;
+use anyhow::bail;
+use clap::{Args, Subcommand};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Check or accept golden pictures.
+#[derive(Debug, Args)]
+pub struct GoldenArgs {
+    #[command(subcommand)]
+    command: GoldenCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum GoldenCommand {
+    /// Render the goldens anew: identical, equivalent or different.
+    Check {
+        /// Only this one.
+        name: Option<String>,
+        /// Directory with reference/ and regression/.
+        #[arg(long, default_value = "golden")]
+        dir: PathBuf,
+        /// Where to put the new pictures of goldens that are different.
+        #[arg(long, short, default_value = "out/golden")]
+        out: PathBuf,
+    },
+    /// Render a regression golden anew and keep that as the golden.
+    Accept {
+        /// The golden, or `all`.
+        name: String,
+        /// Why the picture changed.
+        #[arg(long)]
+        reason: String,
+        /// Directory with reference/ and regression/.
+        #[arg(long, default_value = "golden")]
+        dir: PathBuf,
+    },
+}
+
+/// The two kinds of goldens.
+const KINDS: [&str; 2] = ["reference", "regression"];
+
+/// Runs `golden`.
+pub fn run(args: &GoldenArgs) -> anyhow::Result<ExitCode> {
+    match &args.command {
+        GoldenCommand::Check { name, dir, out } => check(name.as_deref(), dir, out),
+        GoldenCommand::Accept { name, reason, dir } => accept(name, reason, dir),
+    }
+}
+
+fn check(name: Option<&str>, dir: &Path, out: &Path) -> anyhow::Result<ExitCode> {
+    let found = |kind: &&str| {
+        let directory = dir.join(kind);
+        golden::names(&directory)
+            .into_iter()
+            .map(move |name| (directory.clone(), name))
+    };
+    let mut todo: Vec<(PathBuf, String)> = KINDS.iter().flat_map(|kind| found(&kind)).collect();
+    todo.retain(|(_, found)| name.is_none_or(|name| name == found));
+    if todo.is_empty() {
+        bail!(
+            "no golden{} in {}",
+            name.map(|n| format!(" {n}")).unwrap_or_default(),
+            dir.display()
+        );
+    }
+    let progress = Progress::start("goldens");
+    let mut outcomes = Vec::new();
+    for (index, (directory, name)) in todo.iter().enumerate() {
+        progress.tell(index, todo.len());
+        outcomes.push((directory, golden::check(directory, name)));
+    }
+    progress.end(&format!("{} checked", todo.len()));
+    let rows: Vec<Vec<String>> = outcomes.iter().map(|(_, outcome)| row(outcome)).collect();
+    let header = [
+        "verdict",
+        "golden",
+        "component",
+        "p",
+        "detectable",
+        "largest difference",
+        "time",
+    ];
+    write!(std::io::stdout(), "{}", aligned(&header, &rows))?;
+    for (directory, outcome) in &outcomes {
+        explain(directory, outcome, out)?;
+    }
+    Ok(exit_code(outcomes.iter().map(|(_, outcome)| outcome)))
+}
+
+fn row(outcome: &Outcome) -> Vec<String> {
+    let (verdict, p, detectable, max) = match &outcome.check {
+        Ok(check) => (
+            check.verdict.word(),
+            number(check.p),
+            format!("{} %", number(100.0 * check.detectable)),
+            number(check.max),
+        ),
+        Err(_) => ("broken", "-".to_owned(), "-".to_owned(), "-".to_owned()),
+    };
+    let seconds = duration(outcome.seconds);
+    vec![
+        verdict.to_owned(),
+        outcome.name.clone(),
+        outcome.component.clone(),
+        p,
+        detectable,
+        max,
+        seconds,
+    ]
+}
+
+/// Says what to do about a golden that is not right, and puts the new picture where it can be looked at.
+fn explain(directory: &Path, outcome: &Outcome, out: &Path) -> anyhow::Result<()> {
+    let name = &outcome.name;
+    match (&outcome.check, &outcome.picture) {
+        (Err(error), _) => eprintln!("{name}: {error:#}"),
+        (Ok(check), Some(picture)) if check.verdict == GoldenVerdict::Different => {
+            let new = out.join(format!("{name}.exr"));
+            exr::write(picture, &new)?;
+            eprintln!(
+                "{name}: look with   photolathe compare {} {} --html {}\n{name}: if it is right   photolathe golden accept {name} --reason \"...\"",
+                new.display(),
+                directory.join(format!("{name}.exr")).display(),
+                out.join(format!("{name}.html")).display(),
+            );
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// 2 if a golden could not be checked, 1 if one is different, 0 otherwise.
+fn exit_code<'a>(outcomes: impl Iterator<Item = &'a Outcome>) -> ExitCode {
+    let code = |outcome: &Outcome| match &outcome.check {
+        Err(_) => super::TROUBLE,
+        Ok(check) => u8::from(check.verdict == GoldenVerdict::Different),
+    };
+    ExitCode::from(outcomes.map(code).max().unwrap_or(0))
+}
+
+fn accept(name: &str, reason: &str, dir: &Path) -> anyhow::Result<ExitCode> {
+    let in_kind = |kind: &str| golden::names(&dir.join(kind));
+    let names = match name {
+        "all" => in_kind("regression"),
+        name => vec![name.to_owned()],
+    };
+    for name in names {
+        let known = |kind: &&&str| in_kind(kind).contains(&name);
+        let Some(kind) = KINDS.iter().find(known) else {
+            bail!(
+                "no golden {name} in {}: write {name}.toml first",
+                dir.display()
+            );
+        };
+        let digest = golden::accept(&dir.join(kind), &name, reason)?;
+        writeln!(std::io::stdout(), "{name}  {digest}")?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,242 @@
+//! `photolathe verify`: every experiment, a table of claims, a page.
+
+use super::experiment::{exit_code, limit_threads, threads};
+use crate::experiments;
+use crate::image::file::write_atomically;
+use crate::lab::claim::{Claim, Subject};
+use crate::lab::experiment::{Effort, Experiment};
+use crate::lab::golden::{self, GoldenVerdict};
+use crate::lab::machine::Machine;
+use crate::lab::progress::Progress;
+use crate::lab::report::{Report, Section, Shown, duration};
+use crate::lab::runner::{RunOptions, Shard, checked_plan, claims_json, run_experiment};
+use crate::lab::showcase::SHOWPIECES;
+use anyhow::bail;
+use clap::Args;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Run the experiments and show what was predicted and what was measured.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Writes DIR/index.html (one file, no network), DIR/claims.json, a CSV for every experiment, and the pictures.
+Finished runs are kept in DIR and not run again. Exit codes: 0 fine, 1 a claim failed or stayed inconclusive at the effort that
+should decide it, 2 trouble.")]
+pub struct VerifyArgs {
+    /// How much work to spend: smoke takes at most 2 minutes on 2 cores, standard 30, full hours.
+    #[arg(long, value_enum, default_value = "smoke")]
+    effort: Effort,
+    /// Only this experiment; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    /// Directory of the page and the results.
+    #[arg(long, short, value_name = "DIR", default_value = "out/verify")]
+    out: PathBuf,
+    /// Seed of all random numbers.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Threads (default: all cores); never changes a result.
+    #[arg(long, value_parser = threads)]
+    threads: Option<usize>,
+}
+
+/// Runs `verify`.
+pub fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
+    let start = Instant::now();
+    let chosen = chosen(&args.only)?;
+    limit_threads(args.threads)?;
+    if args.effort == Effort::Full {
+        say_estimate(&chosen, args)?;
+    }
+    let whole = args.only.is_empty();
+    let pictures = if whole {
+        pictures(args)
+    } else {
+        Ok(Vec::new())
+    };
+    let other_claims = if whole {
+        goldens(args.effort)
+    } else {
+        Vec::new()
+    };
+    let sections = chosen
+        .into_iter()
+        .map(|experiment| section(experiment, args))
+        .collect();
+    let mut trouble: Vec<String> = pictures
+        .as_ref()
+        .err()
+        .map(|error| format!("{error:#}"))
+        .into_iter()
+        .collect();
+    let report = Report {
+        effort: args.effort,
+        seed: args.seed,
+        command: command(args),
+        seconds: start.elapsed().as_secs_f64(),
+        machine: Machine::here(),
+        other_claims,
+        pictures: pictures.unwrap_or_default(),
+        sections,
+    };
+    trouble.extend(
+        report
+            .sections
+            .iter()
+            .filter_map(|section| section.result.as_ref().err().cloned()),
+    );
+    finish(args, &report, &trouble)
+}
+
+fn finish(args: &VerifyArgs, report: &Report, trouble: &[String]) -> anyhow::Result<ExitCode> {
+    let claims = report.claims();
+    let mut stdout = std::io::stdout().lock();
+    write!(stdout, "{}", super::table::claims(&claims))?;
+    let page = args.out.join("index.html");
+    write_atomically(&page, report.html()?.as_bytes())?;
+    let plain: Vec<Claim> = claims.into_iter().map(|(claim, _)| claim.clone()).collect();
+    write_atomically(&args.out.join("claims.json"), &claims_json(&plain)?)?;
+    writeln!(
+        stdout,
+        "\n{} {}\n{}",
+        report.summary(),
+        duration(report.seconds),
+        page.display()
+    )?;
+    for line in trouble {
+        eprintln!("photolathe: {line}");
+    }
+    if trouble.is_empty() {
+        Ok(exit_code(&plain))
+    } else {
+        Ok(ExitCode::from(super::TROUBLE))
+    }
+}
+
+fn chosen(only: &[String]) -> anyhow::Result<Vec<&'static Experiment>> {
+    let known = || experiments::ALL.iter();
+    for name in only {
+        if !known().any(|experiment| experiment.name == name) {
+            let names: Vec<&str> = known().map(|experiment| experiment.name).collect();
+            bail!("no experiment {name:?}; there are {}", names.join(", "));
+        }
+    }
+    Ok(known()
+        .filter(|e| only.is_empty() || only.iter().any(|name| name == e.name))
+        .collect())
+}
+
+fn options(args: &VerifyArgs) -> RunOptions {
+    RunOptions {
+        effort: args.effort,
+        seed: args.seed,
+        threads: args.threads,
+        out: args.out.clone(),
+        shard: Shard::WHOLE,
+    }
+}
+
+fn section(experiment: &'static Experiment, args: &VerifyArgs) -> Section<'static> {
+    let progress = Progress::start(experiment.name);
+    let result = run_experiment(experiment, &options(args), &|done, all| {
+        progress.tell(done, all)
+    });
+    match &result {
+        Ok(finished) => progress.end(&format!(
+            "{} claims, {} of work",
+            finished.conclusion.claims.len(),
+            duration(finished.seconds)
+        )),
+        Err(error) => progress.end(&format!("stopped: {error:#}")),
+    }
+    Section {
+        experiment,
+        result: result.map_err(|error| format!("{error:#}")),
+        command: format!(
+            "cargo run --release --bin {} -- --effort {} --seed {}",
+            experiment.name, args.effort, args.seed
+        ),
+    }
+}
+
+fn pictures(args: &VerifyArgs) -> anyhow::Result<Vec<Shown>> {
+    let mut shown = Vec::new();
+    for piece in &SHOWPIECES {
+        let progress = Progress::start(piece.name);
+        let drawn = piece.draw(args.effort, args.threads, &args.out, &|done, all| {
+            progress.tell(done, all)
+        });
+        progress.end(if drawn.is_ok() { "rendered" } else { "failed" });
+        shown.push(drawn?);
+    }
+    Ok(shown)
+}
+
+/// The goldens of the working directory as one exact claim.
+fn goldens(effort: Effort) -> Vec<(Claim, f64)> {
+    let directory = Path::new("golden/regression");
+    if golden::names(directory).is_empty() {
+        return Vec::new();
+    }
+    let progress = Progress::start("goldens");
+    let outcomes = golden::check_all(directory);
+    let wrong = outcomes.iter().filter(|outcome| match &outcome.check {
+        Ok(check) => check.verdict == GoldenVerdict::Different,
+        Err(_) => true,
+    });
+    let wrong = wrong.count() as u64;
+    let seconds = outcomes.iter().map(|outcome| outcome.seconds).sum();
+    progress.end(&format!("{} of {} differ", wrong, outcomes.len()));
+    let subject = Subject {
+        experiment: "golden",
+        claim: "unchanged",
+        statement: "Every golden picture is identical to the accepted one, or statistically equivalent (photolathe golden check).",
+        decided_at: Effort::Smoke,
+        effort,
+    };
+    vec![(Claim::exact(subject, wrong, outcomes.len() as u64), seconds)]
+}
+
+fn command(args: &VerifyArgs) -> String {
+    let only: String = args
+        .only
+        .iter()
+        .map(|name| format!(" --only {name}"))
+        .collect();
+    format!(
+        "photolathe verify --effort {}{only} --seed {}",
+        args.effort, args.seed
+    )
+}
+
+/// What a full run will take: the runs of each experiment, at least at the speed of its slowest finished run in DIR.
+fn say_estimate(chosen: &[&Experiment], args: &VerifyArgs) -> anyhow::Result<()> {
+    for experiment in chosen {
+        let runs = checked_plan(experiment, args.effort)?.len();
+        let slowest = slowest_run(&args.out.join(format!("{}.records", experiment.name)));
+        let time = slowest.map_or_else(
+            || "unknown: no earlier run in the directory to judge by".to_owned(),
+            |seconds| {
+                format!(
+                    "about {} of work if runs are as long as the longest so far",
+                    duration(seconds * runs as f64)
+                )
+            },
+        );
+        eprintln!("{:20} {runs} runs, {time}", experiment.name);
+    }
+    Ok(())
+}
+
+fn slowest_run(records: &Path) -> Option<f64> {
+    let entries = std::fs::read_dir(records).ok()?.flatten();
+    let seconds = entries.filter_map(|entry| {
+        let text = std::fs::read(entry.path()).ok()?;
+        serde_json::from_slice::<crate::lab::record::Record>(&text)
+            .ok()
+            .map(|record| record.seconds)
+    });
+    seconds.reduce(f64::max)
+}

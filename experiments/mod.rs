@@ -1,8 +1,15 @@
 //! One readable file per question, with its prediction.
 
+pub mod agreement;
+pub mod analytic;
 pub mod cup;
+pub mod photons;
 
 use crate::lab::experiment::Experiment;
 
 /// All experiments, in the order of the page.
-pub const ALL: &[Experiment] = &[];
+pub const ALL: &[Experiment] = &[
+    photons::EXPERIMENT,
+    analytic::EXPERIMENT,
+    agreement::EXPERIMENT,
+];

@@ -1,3 +1,7 @@
 //! Runs the experiment `photons`.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    photolathe::cli::experiment::main("photons")
+}

@@ -50,6 +50,16 @@ pub(crate) fn threads(text: &str) -> Result<usize, String> {
     count.ok_or_else(|| format!("expected a whole number from 1 to {MAX_THREADS}"))
 }
 
+/// Limits the threads of everything that does not have a pool of its own.
+pub(crate) fn limit_threads(count: Option<usize>) -> anyhow::Result<()> {
+    if let Some(count) = count {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(count)
+            .build_global()?;
+    }
+    Ok(())
+}
+
 /// Runs the experiment of a name with the flags of the command line.
 ///
 /// # Panics
@@ -80,6 +90,7 @@ fn run(experiment: &Experiment, arguments: Arguments) -> anyhow::Result<ExitCode
         out: arguments.out,
         shard: arguments.shard,
     };
+    limit_threads(options.threads)?;
     let progress = Progress::start(experiment.name);
     let finished = run_experiment(experiment, &options, &|done, all| progress.tell(done, all))?;
     progress.end(&format!(

@@ -1,6 +1,6 @@
 //! `photolathe verify`: every experiment, a table of claims, a page.
 
-use super::experiment::{exit_code, threads};
+use super::experiment::{exit_code, limit_threads, threads};
 use crate::experiments;
 use crate::image::file::write_atomically;
 use crate::lab::claim::{Claim, Subject};
@@ -46,6 +46,7 @@ pub struct VerifyArgs {
 pub fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
     let start = Instant::now();
     let chosen = chosen(&args.only)?;
+    limit_threads(args.threads)?;
     if args.effort == Effort::Full {
         say_estimate(&chosen, args)?;
     }

@@ -15,7 +15,7 @@ pub fn fill(template: &str, values: impl Serialize) -> Result<String, minijinja:
     environment.render_str(template, minijinja::value::Serde(values))
 }
 
-/// A number for people: four digits, in exponent form where plain digits would be long.
+/// A number for people: five digits without trailing zeros, in exponent form where plain digits would be long.
 pub fn number(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 {
@@ -30,7 +30,11 @@ pub fn number(x: f64) -> String {
         format!("{x:.0}").replace('-', "−")
     } else if (1e-3..1e5).contains(&size) {
         let digits = (4 - libm::log10(size).floor() as i32).clamp(0, 8) as usize;
-        format!("{x:.digits$}").replace('-', "−")
+        let text = format!("{x:.digits$}").replace('-', "−");
+        match text.contains('.') {
+            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+            false => text,
+        }
     } else {
         format!("{x:.3e}").replace('-', "−")
     }
@@ -119,7 +123,9 @@ mod tests {
         for (x, text) in [
             (0.0, "0"),
             (3.0, "3"),
-            (-2.5, "−2.5000"),
+            (-2.5, "−2.5"),
+            (5.000_000_1, "5"),
+            (12_300.2, "12300"),
             (0.012_345_6, "0.012346"),
             (123.456_78, "123.46"),
             (1.5e-7, "1.500e−7"),

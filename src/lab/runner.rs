@@ -10,9 +10,10 @@ use super::record::{Record, Records};
 use crate::image::file::write_atomically;
 use crate::numeric::rng::mix;
 use anyhow::{Context as _, bail, ensure};
-use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use std::collections::BTreeSet;
+use std::panic::resume_unwind;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// A part of the plan: runs whose number leaves `index` − 1 when divided by `count`.
@@ -164,12 +165,9 @@ fn execute(
     runs: &[&Run],
     watch: &(dyn Fn(usize, usize) + Sync),
 ) -> anyhow::Result<()> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads.unwrap_or(0))
-        .build()?;
     let machine = Machine::here();
-    let threads = pool.current_num_threads();
-    let finished = std::sync::atomic::AtomicUsize::new(0);
+    let threads = options.threads.unwrap_or(machine.cores);
+    let finished = AtomicUsize::new(0);
     watch(0, runs.len());
     let one = |run: &&Run| -> anyhow::Result<()> {
         let start = Instant::now();
@@ -196,17 +194,27 @@ fn execute(
             threads,
             start.elapsed().as_secs_f64(),
         )?;
-        watch(
-            finished.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1,
-            runs.len(),
-        );
+        watch(finished.fetch_add(1, Ordering::Relaxed) + 1, runs.len());
         Ok(())
     };
-    // Every run is tried before the first error is told, so that one bad run does not cost the others.
-    let results: Vec<anyhow::Result<()>> = if experiment.timed {
-        pool.install(|| runs.iter().map(one).collect())
+    let workers = if experiment.timed {
+        1
     } else {
-        pool.install(|| runs.par_iter().map(one).collect())
+        threads.min(runs.len())
     };
+    let next = AtomicUsize::new(0);
+    // Threads of our own, not a pool's: a pool's thread that waits for a render would start other runs meanwhile, and mix their
+    // times and memory. Every run is tried before the first error is told, so that one bad run does not cost the others.
+    let work = || -> Vec<anyhow::Result<()>> {
+        let taken = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        taken.map_while(|index| runs.get(index)).map(one).collect()
+    };
+    let results: Vec<anyhow::Result<()>> = std::thread::scope(|scope| {
+        let handles: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        handles
+            .into_iter()
+            .flat_map(|handle| handle.join().unwrap_or_else(|panic| resume_unwind(panic)))
+            .collect()
+    });
     results.into_iter().collect()
 }

@@ -10,6 +10,8 @@ const WIDTH: u32 = 520;
 const HEIGHT: u32 = 360;
 const LEGEND_LINE: i32 = 20;
 const TEXT: i32 = 15;
+/// Characters of a name that fit half the width.
+const SHORT_NAME: usize = 26;
 const INK: RGBColor = RGBColor(0, 0, 0);
 
 /// Okabe and Ito's colours (2008), those that stand out on white and on black.
@@ -27,7 +29,9 @@ const COLOURS: [RGBColor; 6] = [
 /// A prediction (dashed) has the colour of the series before it, which it belongs to.
 pub fn draw(plot: &Plot) -> Result<String, String> {
     let mut svg = String::new();
-    let legend_height = LEGEND_LINE * plot.series.len() as i32 + 6;
+    let columns = legend_columns(&plot.series);
+    let lines = plot.series.len().div_ceil(columns);
+    let legend_height = LEGEND_LINE * lines as i32 + 6;
     let size = (WIDTH, HEIGHT + legend_height as u32);
     {
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
@@ -71,32 +75,46 @@ fn colours(series: &[Series]) -> Vec<RGBColor> {
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Result3 = Result<(), String>;
+type Drawn = Result<(), String>;
 
 fn text<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> String {
     error.to_string()
 }
 
-fn draw_legend(area: &Area, series: &[Series], colours: &[RGBColor]) -> Result3 {
+/// Two columns where several short names allow it.
+fn legend_columns(series: &[Series]) -> usize {
+    let short = series
+        .iter()
+        .all(|one| one.name.chars().count() <= SHORT_NAME);
+    if short && series.len() > 2 { 2 } else { 1 }
+}
+
+fn draw_legend(area: &Area, series: &[Series], colours: &[RGBColor]) -> Drawn {
+    let columns = legend_columns(series);
     for (index, (one, colour)) in series.iter().zip(colours).enumerate() {
-        let y = LEGEND_LINE * index as i32 + LEGEND_LINE / 2 + 3;
-        let ends = [(16, y), (46, y)];
+        let left = (index % columns) as i32 * WIDTH as i32 / columns as i32;
+        let y = LEGEND_LINE * (index / columns) as i32 + LEGEND_LINE / 2 + 3;
+        let ends = [(left + 16, y), (left + 46, y)];
         if one.predicted {
             area.draw(&DashedPathElement::new(ends, 6, 4, colour.stroke_width(2)))
                 .map_err(text)?;
         } else {
             area.draw(&PathElement::new(ends, colour.stroke_width(2)))
                 .map_err(text)?;
-            mark(area, (31, y), index, *colour)?;
+            mark(area, (left + 31, y), index, *colour)?;
         }
         let style = ("sans-serif", TEXT).into_font().color(&INK);
-        area.draw(&Text::new(one.name.clone(), (54, y - TEXT / 2), style))
-            .map_err(text)?;
+        area.draw(&Text::new(
+            one.name.clone(),
+            (left + 54, y - TEXT / 2),
+            style,
+        ))
+        .map_err(text)?;
     }
     Ok(())
 }
 
-fn draw_chart(area: &Area, plot: &Plot, colours: &[RGBColor]) -> Result3 {
+fn draw_chart(area: &Area, plot: &Plot, colours: &[RGBColor]) -> Drawn {
     let xs = || {
         plot.series
             .iter()
@@ -178,7 +196,7 @@ fn draw_intervals(
     plot: &Plot,
     series: &Series,
     colour: RGBColor,
-) -> Result3 {
+) -> Drawn {
     let flat = plane.strip_coord_spec();
     for (&(x_value, _), &(low, high)) in series.points.iter().zip(&series.intervals) {
         if !shows(plot.x.scale, x_value) || !shows(plot.y.scale, high) {
@@ -207,7 +225,7 @@ fn draw_intervals(
 }
 
 /// A mark of its own shape for each series, so that colour is not needed to tell them apart.
-fn mark(area: &Area, (x, y): (i32, i32), series: usize, colour: RGBColor) -> Result3 {
+fn mark(area: &Area, (x, y): (i32, i32), series: usize, colour: RGBColor) -> Drawn {
     let fill = colour.filled();
     match series % 4 {
         0 => area.draw(&Circle::new((x, y), 4, fill)),

@@ -327,7 +327,7 @@ mod tests {
     }
 
     fn verdicts(table: &Table) -> Vec<(String, Verdict)> {
-        conclude(table, Effort::Smoke)
+        conclude(table, Effort::Standard)
             .claims
             .into_iter()
             .map(|claim| (claim.claim, claim.verdict))

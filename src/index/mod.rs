@@ -89,7 +89,10 @@ fn check_radii(centers: usize, radii_squared: &[f64]) -> Result<(), IndexError> 
             radii: radii_squared.len(),
         });
     }
-    match radii_squared.iter().position(|&square| !(square >= 0.0)) {
+    match radii_squared
+        .iter()
+        .position(|square| square.is_nan() || *square < 0.0)
+    {
         Some(item) => Err(IndexError::Radius(item)),
         None => Ok(()),
     }

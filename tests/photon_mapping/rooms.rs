@@ -114,7 +114,7 @@ fn p13_scenes_without_light_are_black_but_for_what_they_emit() {
     );
 }
 
-/// Lights of any ratio add up: the weak one is drawn seldom and counts its full share. Sees 2 % of the sum.
+/// Lights of any ratio add up: the weak one is drawn seldom and counts its full share. Sees 4 % of the sum.
 #[test]
 fn two_lights_give_the_sum_of_each() {
     let at = [DVec3::new(0.3, 0.0, 0.0), DVec3::new(-0.3, 0.2, 0.1)];
@@ -126,7 +126,7 @@ fn two_lights_give_the_sum_of_each() {
         mean_and_error(&pass_means(
             &room(diffuse(0.5), Vec::new(), lights),
             &settings,
-            200,
+            100,
         ))
     };
     for ratio in [1.0, 1e6] {
@@ -135,10 +135,33 @@ fn two_lights_give_the_sum_of_each() {
         let (b, b_error) = read(vec![light[1].clone()]);
         let (both, error) = read(light.to_vec());
         let sigma = (a_error * a_error + b_error * b_error + error * error).sqrt();
-        assert!(6.0 * sigma < 0.03 * both);
+        assert!(6.0 * sigma < 0.04 * both);
         assert!(
             (both - a - b).abs() < 6.0 * sigma,
             "{both} against {a} + {b}"
         );
     }
+}
+
+/// The middle of an absorbing ball of glass before a glowing black wall: T + R of a slab as thick as the ball,
+/// T = (1 − F)²τ/(1 − F²τ²), R = F + F(1 − F)²τ²/(1 − F²τ²). Drawn branches see 1 %; followed ones err by roulette below 0.01.
+#[test]
+fn a_camera_path_loses_in_glass_what_fresnel_and_beer_take() {
+    let ball = (sphere(DVec3::ZERO, 0.3), glass(1.5, 2.0));
+    let scene = scene(
+        4,
+        camera(0.8 * DVec3::Z, DVec3::ZERO, 1e-6),
+        vec![
+            (sphere(DVec3::ZERO, 1.0), glowing(1.0, Side::Back, plain())),
+            ball,
+        ],
+        Vec::new(),
+    );
+    let (f, tau) = (0.04, libm::exp(-1.2));
+    let through = (1.0 - f) * (1.0 - f) * tau / (1.0 - f * f * tau * tau);
+    let expected = through + f + f * tau * through;
+    let drawn = pass_means(&scene, &settings(Integrator::Sppm, 0, 0.1), 400);
+    assert_mean(&drawn, expected, 0.04);
+    let followed = pass_means(&scene, &settings(Integrator::Ppm, 0, 0.1), 1)[0];
+    assert!((followed - expected).abs() < 0.003, "{followed} {expected}");
 }

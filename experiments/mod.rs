@@ -1,10 +1,19 @@
 //! One readable file per question, with its prediction.
 
+pub mod agreement;
 pub mod analytic;
 pub mod cup;
+pub mod eps;
+pub mod newton_seeds;
 pub mod photons;
 
 use crate::lab::experiment::Experiment;
 
 /// All experiments, in the order of the page.
-pub const ALL: &[Experiment] = &[photons::EXPERIMENT, analytic::EXPERIMENT];
+pub const ALL: &[Experiment] = &[
+    newton_seeds::EXPERIMENT,
+    eps::EXPERIMENT,
+    photons::EXPERIMENT,
+    analytic::EXPERIMENT,
+    agreement::EXPERIMENT,
+];

@@ -398,6 +398,26 @@ fn files_that_are_no_text_are_refused() {
     assert!(error.ends_with("expected a readable scene file"), "{error}");
 }
 
+/// Nesting is limited where it is read, so that no depth of it exhausts the stack.
+#[test]
+fn deep_nesting_is_refused() {
+    for deep in [
+        format!("x = {}1{}", "[".repeat(100_000), "]".repeat(100_000)),
+        format!("x = {}1{}", "{a = ".repeat(100_000), "}".repeat(100_000)),
+        format!("{}a = 1", "a.".repeat(100_000)),
+        format!("[{}a]\nb = 1", "a.".repeat(100_000)),
+    ] {
+        assert!(read(&deep).unwrap_err().starts_with("x.toml:1:"));
+        let path = format!("{}a", "a.".repeat(100_000));
+        assert!(
+            overridden(BASE, &[(&path, "1")])
+                .unwrap_err()
+                .starts_with("--set ")
+        );
+        assert!(overridden(BASE, &[("title", &deep)]).is_ok());
+    }
+}
+
 #[test]
 fn every_scene_of_the_repository_loads() {
     let mut count = 0;

@@ -1,3 +1,7 @@
 //! Runs the experiment `eps`.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    photolathe::cli::experiment::main("eps")
+}

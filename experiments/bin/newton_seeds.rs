@@ -1,3 +1,7 @@
 //! Runs the experiment `newton_seeds`.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    photolathe::cli::experiment::main("newton_seeds")
+}

@@ -63,7 +63,7 @@ fn check(name: Option<&str>, dir: &Path, out: &Path) -> anyhow::Result<ExitCode>
             .into_iter()
             .map(move |name| (directory.clone(), name))
     };
-    let mut todo: Vec<(PathBuf, String)> = KINDS.iter().flat_map(|kind| found(&kind)).collect();
+    let mut todo: Vec<(PathBuf, String)> = KINDS.iter().flat_map(&found).collect();
     todo.retain(|(_, found)| name.is_none_or(|name| name == found));
     if todo.is_empty() {
         bail!(

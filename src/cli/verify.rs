@@ -176,12 +176,18 @@ fn pictures(args: &VerifyArgs) -> anyhow::Result<Vec<Shown>> {
 
 /// The goldens of the working directory as one exact claim.
 fn goldens(effort: Effort) -> Vec<(Claim, f64)> {
-    let directory = Path::new("golden/regression");
-    if golden::names(directory).is_empty() {
+    let directories = ["reference", "regression"].map(|kind| Path::new("golden").join(kind));
+    if directories
+        .iter()
+        .all(|directory| golden::names(directory).is_empty())
+    {
         return Vec::new();
     }
     let progress = Progress::start("goldens");
-    let outcomes = golden::check_all(directory);
+    let outcomes: Vec<golden::Outcome> = directories
+        .iter()
+        .flat_map(|directory| golden::check_all(directory))
+        .collect();
     let wrong = outcomes.iter().filter(|outcome| match &outcome.check {
         Ok(check) => check.verdict == GoldenVerdict::Different,
         Err(_) => true,

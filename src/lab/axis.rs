@@ -7,6 +7,9 @@ use std::ops::Range;
 /// Room beyond the data, as a share of the axis.
 const MARGIN: f64 = 0.04;
 
+/// Up to so many decades a logarithmic axis has ticks at 1, 2 and 5 of each, beyond at powers of ten only.
+const MANY_DECADES: f64 = 2.2;
+
 /// The drawn part of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Span {
@@ -43,7 +46,7 @@ impl Span {
         let most = most.max(2) as f64;
         match self.scale {
             Scale::Linear => linear_ticks(self.low, self.high, most),
-            Scale::Log if self.high - self.low > 1.2 => {
+            Scale::Log if self.high - self.low > MANY_DECADES => {
                 let step = ((self.high - self.low) / most).ceil().max(1.0);
                 let first = (self.low / step).ceil() as i64;
                 let last = (self.high / step).floor() as i64;
@@ -156,10 +159,12 @@ mod tests {
     fn ticks_are_round_and_inside() {
         let span = Span::of([0.0, 7.3].into_iter(), Scale::Linear).unwrap();
         assert_eq!(span.ticks(5), [0.0, 2.0, 4.0, 6.0]);
-        let span = Span::of([1.0, 200.0].into_iter(), Scale::Log).unwrap();
+        let span = Span::of([1.0, 400.0].into_iter(), Scale::Log).unwrap();
         assert_eq!(span.ticks(6), [1.0, 10.0, 100.0]);
         let span = Span::of([3.0, 7.0].into_iter(), Scale::Log).unwrap();
         assert!(span.ticks(6).len() >= 2);
+        let span = Span::of([2_000.0, 70_000.0].into_iter(), Scale::Log).unwrap();
+        assert_eq!(span.ticks(6), [2e3, 5e3, 1e4, 2e4, 5e4]);
         let span = Span::of([1e-12, 1.0].into_iter(), Scale::Log).unwrap();
         assert!(span.ticks(6).len() <= 7);
     }

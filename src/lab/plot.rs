@@ -18,6 +18,24 @@ pub struct Axis {
     pub scale: Scale,
 }
 
+impl Axis {
+    /// A linear axis.
+    pub fn linear(label: &str) -> Self {
+        Self {
+            label: label.to_owned(),
+            scale: Scale::Linear,
+        }
+    }
+
+    /// A logarithmic axis.
+    pub fn log(label: &str) -> Self {
+        Self {
+            label: label.to_owned(),
+            scale: Scale::Log,
+        }
+    }
+}
+
 /// One line or set of marks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {

@@ -24,6 +24,16 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(86, 180, 233),
 ];
 
+/// Lengths of dash and gap of the first, second and third prediction that belong to one series.
+const DASHES: [(i32, i32); 3] = [(6, 4), (2, 4), (12, 4)];
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Look {
+    colour: RGBColor,
+    dash: (i32, i32),
+}
+
 /// Draws a plot. Points that its scales cannot show are left out; a plot without any says so.
 ///
 /// A prediction (dashed) has the colour of the series before it, which it belongs to.
@@ -36,9 +46,9 @@ pub fn draw(plot: &Plot) -> Result<String, String> {
     {
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         let (legend, chart) = root.split_vertically(legend_height);
-        let colours = colours(&plot.series);
-        draw_legend(&legend, &plot.series, &colours)
-            .and_then(|()| draw_chart(&chart, plot, &colours))
+        let looks = looks(&plot.series);
+        draw_legend(&legend, &plot.series, &looks)
+            .and_then(|()| draw_chart(&chart, plot, &looks))
             .and_then(|()| root.present().map_err(|error| error.to_string()))?;
     }
     Ok(themed(&svg, &plot.title))
@@ -59,19 +69,20 @@ fn themed(svg: &str, title: &str) -> String {
     .replace("fill=\"#000000\"", "fill=\"currentColor\"")
 }
 
-fn colours(series: &[Series]) -> Vec<RGBColor> {
-    let mut used = 0;
-    let mut last = INK;
-    series
-        .iter()
-        .map(|one| {
-            if !one.predicted {
-                last = COLOURS[used % COLOURS.len()];
-                used += 1;
-            }
-            last
-        })
-        .collect()
+fn looks(series: &[Series]) -> Vec<Look> {
+    let (mut measured, mut predictions) = (0, 0);
+    let mut colour = INK;
+    let look = |one: &Series| {
+        if one.predicted {
+            predictions += 1;
+        } else {
+            colour = COLOURS[measured % COLOURS.len()];
+            (measured, predictions) = (measured + 1, 0);
+        }
+        let dash = DASHES[predictions.clamp(1, DASHES.len()) - 1];
+        Look { colour, dash }
+    };
+    series.iter().map(look).collect()
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -89,19 +100,24 @@ fn legend_columns(series: &[Series]) -> usize {
     if short && series.len() > 2 { 2 } else { 1 }
 }
 
-fn draw_legend(area: &Area, series: &[Series], colours: &[RGBColor]) -> Drawn {
+fn draw_legend(area: &Area, series: &[Series], looks: &[Look]) -> Drawn {
     let columns = legend_columns(series);
-    for (index, (one, colour)) in series.iter().zip(colours).enumerate() {
+    for (index, (one, look)) in series.iter().zip(looks).enumerate() {
         let left = (index % columns) as i32 * WIDTH as i32 / columns as i32;
         let y = LEGEND_LINE * (index / columns) as i32 + LEGEND_LINE / 2 + 3;
         let ends = [(left + 16, y), (left + 46, y)];
         if one.predicted {
-            area.draw(&DashedPathElement::new(ends, 6, 4, colour.stroke_width(2)))
-                .map_err(text)?;
+            area.draw(&DashedPathElement::new(
+                ends,
+                look.dash.0,
+                look.dash.1,
+                look.colour.stroke_width(2),
+            ))
+            .map_err(text)?;
         } else {
-            area.draw(&PathElement::new(ends, colour.stroke_width(2)))
+            area.draw(&PathElement::new(ends, look.colour.stroke_width(2)))
                 .map_err(text)?;
-            mark(area, (left + 31, y), index, *colour)?;
+            mark(area, (left + 31, y), index, look.colour)?;
         }
         let style = ("sans-serif", TEXT).into_font().color(&INK);
         area.draw(&Text::new(
@@ -114,7 +130,7 @@ fn draw_legend(area: &Area, series: &[Series], colours: &[RGBColor]) -> Drawn {
     Ok(())
 }
 
-fn draw_chart(area: &Area, plot: &Plot, colours: &[RGBColor]) -> Drawn {
+fn draw_chart(area: &Area, plot: &Plot, looks: &[Look]) -> Drawn {
     let xs = || {
         plot.series
             .iter()
@@ -162,7 +178,7 @@ fn draw_chart(area: &Area, plot: &Plot, colours: &[RGBColor]) -> Drawn {
         .draw()
         .map_err(text)?;
     let plane = chart.plotting_area();
-    for (index, (series, &colour)) in plot.series.iter().zip(colours).enumerate() {
+    for (index, (series, &look)) in plot.series.iter().zip(looks).enumerate() {
         let shown: Vec<(f64, f64)> = series
             .points
             .iter()
@@ -170,7 +186,7 @@ fn draw_chart(area: &Area, plot: &Plot, colours: &[RGBColor]) -> Drawn {
             .filter(|p| shows(plot.x.scale, p.0) && shows(plot.y.scale, p.1))
             .collect();
         let places: Vec<(i32, i32)> = shown.iter().map(|p| plane.map_coordinate(p)).collect();
-        draw_intervals(plane, plot, series, colour)?;
+        draw_intervals(plane, plot, series, look.colour)?;
         let corner = plane.get_base_pixel();
         let local: Vec<(i32, i32)> = places
             .iter()
@@ -178,13 +194,21 @@ fn draw_chart(area: &Area, plot: &Plot, colours: &[RGBColor]) -> Drawn {
             .collect();
         let flat = plane.strip_coord_spec();
         if series.predicted {
-            flat.draw(&DashedPathElement::new(local, 6, 4, colour.stroke_width(2)))
-                .map_err(text)?;
+            flat.draw(&DashedPathElement::new(
+                local,
+                look.dash.0,
+                look.dash.1,
+                look.colour.stroke_width(2),
+            ))
+            .map_err(text)?;
         } else {
-            flat.draw(&PathElement::new(local.clone(), colour.stroke_width(2)))
-                .map_err(text)?;
+            flat.draw(&PathElement::new(
+                local.clone(),
+                look.colour.stroke_width(2),
+            ))
+            .map_err(text)?;
             for &place in &local {
-                mark(&flat, place, index, colour)?;
+                mark(&flat, place, index, look.colour)?;
             }
         }
     }
@@ -280,6 +304,24 @@ mod tests {
             assert!(svg.contains(word), "{word}");
         }
         assert!(!svg.contains("#000000") && svg.contains("currentColor"));
+    }
+
+    #[test]
+    fn predictions_share_the_colour_of_their_series_and_differ_in_dashes() {
+        let one = |predicted| Series {
+            name: String::new(),
+            points: Vec::new(),
+            intervals: Vec::new(),
+            predicted,
+        };
+        let looks = looks(&[one(true), one(false), one(true), one(true), one(false)]);
+        assert_eq!(looks[0].colour, INK);
+        assert_eq!(
+            (looks[2].colour, looks[3].colour),
+            (looks[1].colour, looks[1].colour)
+        );
+        assert_ne!(looks[2].dash, looks[3].dash);
+        assert_ne!(looks[4].colour, looks[1].colour);
     }
 
     #[test]

@@ -134,6 +134,15 @@ impl Table {
             .collect()
     }
 
+    /// The numbers of these columns, row by row; NaN for text.
+    pub fn select<const N: usize>(&self, names: [&str; N]) -> Vec<[f64; N]> {
+        let columns = names.map(|name| self.column(name));
+        let number = |row: &[Value], column: usize| row[column].number().unwrap_or(f64::NAN);
+        let rows = self.rows.iter();
+        rows.map(|row| columns.map(|column| number(row, column)))
+            .collect()
+    }
+
     /// The rows whose column has this value.
     #[must_use]
     pub fn filter(&self, name: &str, value: &Value) -> Self {

@@ -189,7 +189,11 @@ fn n12_a_ray_inside_the_plane_of_a_disc_does_not_meet_it() {
 #[test]
 fn n13_a_smooth_cap_has_its_normal_along_the_axis() {
     let aimed = ray([-2.0, 3.3, 0.0], [1.0, -1.0, 0.0]);
-    meets(&cup(), &aimed, &[2.0, all(&cup(), &aimed)[1].t]);
+    let first = Ray {
+        t_max: 2.4,
+        ..aimed
+    };
+    meets(&cup(), &first, &[2.0]);
     let cap = cup().hit(&aimed, all(&cup(), &aimed)[0]);
     assert!((cap.normal - DVec3::Y).length() < 1e-12);
 }

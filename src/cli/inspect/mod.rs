@@ -342,3 +342,76 @@ fn short(x: f64) -> String {
 fn triple(v: Rgb) -> String {
     format!("[{}, {}, {}]", short(v.x), short(v.y), short(v.z))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn described(scene: &str) -> String {
+        describe(&file::load(Path::new(scene), &[]).expect("the scene loads"))
+            .expect("it is described")
+    }
+
+    #[test]
+    fn the_cup_is_understood_as_a_closed_solid() {
+        let text = described("scenes/cup.toml");
+        for part in [
+            "film        512 × 384, 196608 pixels",
+            "solver = \"bernstein\"",
+            "glass: dielectric of index 1.5, absorption [0.05, 0.01, 0.02]",
+            "0 cup: revolution of glass\n      bounds [-3.8, 0.001, -3.8] to [3.8, 2.151, 3.8]\n      closed, normals outward",
+            "6 pieces in the cylinder of radius 3.8, height 0 to 2.15",
+        ] {
+            assert!(text.contains(part), "{part} in\n{text}");
+        }
+    }
+
+    #[test]
+    fn volumes_and_openness_are_stated() {
+        // π r² h of the slab, which is a cylinder.
+        assert!(
+            described("scenes/slab.toml").contains("closed, normals outward, volume 314.159265\n")
+        );
+        assert!(
+            described("scenes/gallery.toml")
+                .contains("1 vase: revolution of stripes\n      bounds")
+        );
+        assert!(described("scenes/gallery.toml").contains("      open\n"));
+        let text = described("scenes/point_over_plane.toml");
+        assert!(
+            text.contains("no bounds") && text.contains("100 % of the photons"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn a_profile_is_drawn_in_both_formats() {
+        let drawing = drawing::of_profile(&crate::geometry::profile::Profile::cup(), "a<b");
+        let svg = drawing.svg();
+        // The axis, and per piece its curve, the mirrored curve, the polygon and the tick.
+        assert_eq!(svg.matches("<polyline").count(), 1 + 4 * 6);
+        assert_eq!(svg.matches("<circle").count(), 4 * 6);
+        assert!(svg.contains("profile of a&lt;b: 6 pieces") && svg.ends_with("</svg>\n"));
+        let png = image::load_from_memory(&drawing.png().expect("the PNG is written"))
+            .expect("it is read");
+        assert!(
+            png.to_rgb8().pixels().any(|pixel| pixel.0 == [20, 20, 20]),
+            "a joint"
+        );
+    }
+
+    #[test]
+    fn numbers_are_short_but_not_rounded_away() {
+        for (x, text) in [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (2.5, "2.5"),
+            (100.0, "100"),
+            (1e-9, "1.00000e-9"),
+            (-3e8, "-3.00000e8"),
+        ] {
+            assert_eq!(short(x), text);
+        }
+    }
+}

@@ -314,13 +314,14 @@ impl<'a> Starts<'a> {
     fn solve_height(&self, height: f64, choice: f64) -> f64 {
         let h = |u: f64| cubic(&self.piece.height, u).0 - height;
         let spans = self.stations.windows(2).map(|span| (span[0], span[1]));
-        let crossed: Vec<(f64, f64)> = spans.filter(|&(a, b)| h(a) * h(b) < 0.0).collect();
-        let Some(&(mut a, mut b)) = crossed.get((choice * crossed.len() as f64) as usize) else {
+        let mut crossed = spans.filter(|&(a, b)| h(a) * h(b) < 0.0);
+        let count = crossed.clone().count();
+        let Some((mut a, mut b)) = crossed.nth((choice * count as f64) as usize) else {
             return choice;
         };
         let rising = h(a) < 0.0;
-        // Thirty halvings: a start needs no more.
-        for _ in 0..30 {
+        // To 2⁻¹²: a start needs no more.
+        for _ in 0..12 {
             let middle = 0.5 * (a + b);
             if (h(middle) < 0.0) == rising {
                 a = middle;

@@ -1,7 +1,7 @@
 //! The scene file: TOML text to a validated [`Scene`].
 //!
-//! The text is parsed into a document whose values know their place ([`document`]), read by typed accessors that know what
-//! each key may hold ([`table`]), and built into a scene. Overrides change the document after the file by itself has been
+//! The text is parsed into a document whose values know their place (`document`), read by typed accessors that know what
+//! each key may hold (`table`), and built into a scene. Overrides change the document after the file by itself has been
 //! found valid, and the result is validated again. Every violation is one [`SceneError`].
 
 mod build;

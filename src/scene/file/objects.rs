@@ -11,7 +11,7 @@ use crate::geometry::sphere::Sphere;
 use crate::scene::Object;
 use crate::scene::material::Material;
 use glam::DVec3;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The kinds of objects, in the order in which a scene lists them, with their keys besides `name` and `material`.
 const KINDS: [(&str, &[&str], ReadShape); 5] = [
@@ -46,11 +46,19 @@ type ReadShape = fn(&Table) -> Result<Shape, SceneError>;
 /// Sine of the smallest angle between the edges of a quad: below it the quad's normal would be made of rounding.
 const LEAST_SINE_OF_EDGES: f64 = 1e-9;
 
+/// Most names listed in a message.
+const MOST_NAMES: usize = 40;
+
 const POINT: &str = "a point [x, y, z]";
 const DIRECTION: &str = "a direction [x, y, z]";
 
 /// All objects: revolutions, spheres, quads, planes, discs, each kind in the order of the file.
 pub(super) fn objects(root: &Table, materials: &[Material]) -> Result<Vec<Object>, SceneError> {
+    let by_name: BTreeMap<&str, usize> = materials
+        .iter()
+        .enumerate()
+        .map(|(index, material)| (material.name.as_str(), index))
+        .collect();
     let mut objects = Vec::new();
     let mut names = BTreeSet::new();
     for (kind, known, read) in KINDS {
@@ -67,7 +75,7 @@ pub(super) fn objects(root: &Table, materials: &[Material]) -> Result<Vec<Object
                 ));
             }
             let shape = read(table)?;
-            let material = material(table, materials, &shape)?;
+            let material = material(table, materials, &by_name, &shape)?;
             let bounds = shape.bounds();
             objects.push(Object {
                 name,
@@ -81,18 +89,22 @@ pub(super) fn objects(root: &Table, materials: &[Material]) -> Result<Vec<Object
 }
 
 /// Index of the object's material, which must suit the shape.
-fn material(table: &Table, materials: &[Material], shape: &Shape) -> Result<usize, SceneError> {
+fn material(
+    table: &Table,
+    materials: &[Material],
+    by_name: &BTreeMap<&str, usize>,
+    shape: &Shape,
+) -> Result<usize, SceneError> {
     let field = table.require("material", "the name of a material")?;
     let name = field.string("the name of a material")?;
-    let Some(index) = materials.iter().position(|material| material.name == name) else {
+    let Some(&index) = by_name.get(name) else {
         let names: Vec<&str> = materials
             .iter()
             .map(|material| material.name.as_str())
+            .take(MOST_NAMES)
             .collect();
-        return Err(field.expected(&format!(
-            "the name of a material: {}",
-            super::table::one_of(&names)
-        )));
+        let known = super::table::one_of(&names);
+        return Err(field.expected(&format!("the name of a material: {known}")));
     };
     if materials[index].dielectric.is_some() {
         require_solid(table, &field, shape)?;

@@ -93,6 +93,24 @@ impl Node {
         }
     }
 
+    /// Where to cut: between two roots, if there are two. Ends of the same sign have between them a part of the other sign, most
+    /// likely near the greatest coefficient of that sign. Deeper down halving is safer.
+    #[inline]
+    fn cut(&self) -> f64 {
+        if self.depth > 3 || (self.c[0] > 0.0) != (self.c[6] > 0.0) {
+            return 0.5;
+        }
+        let side = if self.c[0] > 0.0 { -1.0 } else { 1.0 };
+        let (mut best, mut share) = (0.0, 0.5);
+        for i in 1..6 {
+            if side * self.c[i] > best {
+                best = side * self.c[i];
+                share = i as f64 / 6.0;
+            }
+        }
+        share
+    }
+
     /// A part of the node. Each coefficient comes of a chain of at most six corner cuts, each of which rounds three times by at
     /// most half an ulp of the greatest.
     #[inline]
@@ -116,11 +134,11 @@ fn divide(
     }
     let size = node.c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let error = node.error + 9.0 * f64::EPSILON * size;
-    let mut share = 0.5;
+    let mut share = node.cut();
     let (mut left, mut right) = split(&node.c, share);
     // A value near 0 at the cut would leave the ends of both halves in doubt: cut elsewhere, once.
     if left[6].abs() <= error {
-        share = 0.406_25;
+        share = 0.5 * share + 0.203_125;
         (left, right) = split(&node.c, share);
     }
     let middle = node.low + share * (node.high - node.low);

@@ -5,14 +5,13 @@
 //! *different*. `golden/regression/` holds what this program draws; `golden/reference/` holds independent truth (a closed form,
 //! another renderer) and is never accepted from our own output.
 
+mod judge;
+
+pub use judge::{Check, GoldenVerdict, LEVEL, judge};
+
+use crate::image::exr;
 use crate::image::file::write_atomically;
-use crate::image::metrics::{self, Block, blocks, same_size};
 use crate::image::picture::Picture;
-use crate::image::{ImageError, exr};
-use crate::numeric::statistics::{
-    Moments, holm_smallest, normal_quantile, student, student_quantile, two_sided_normal,
-    two_sided_student,
-};
 use crate::render::driver::render_unwatched;
 use crate::render::settings::Settings;
 use crate::scene::file::{Override, load};
@@ -22,12 +21,6 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Level of the tests of one golden: the chance that a re-render of the same expectation, with other bits, is called different.
-pub const LEVEL: f64 = 1e-4;
-/// Side of the blocks that are compared, in pixels.
-const BLOCK: usize = 8;
-/// Pixels are stored as f32: differences of this share of the mean are rounding.
-const ROUNDING: f64 = 1.0 / (1 << 22) as f64;
 /// Name of the directory of independent truth.
 const REFERENCE: &str = "reference";
 
@@ -53,47 +46,8 @@ pub struct Golden {
     pub reason: Option<String>,
 }
 
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde asks for a reference"
-)]
 fn is_zero(x: &f64) -> bool {
     *x == 0.0
-}
-
-/// The three-way verdict.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GoldenVerdict {
-    /// Every pixel has the same bits.
-    Identical,
-    /// Bits differ, statistics show no difference.
-    Equivalent,
-    /// They show one, or there is nothing random that could excuse it.
-    Different,
-}
-
-impl GoldenVerdict {
-    /// The word for tables.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Identical => "identical",
-            Self::Equivalent => "equivalent",
-            Self::Different => "different",
-        }
-    }
-}
-
-/// What a check found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Check {
-    /// The verdict.
-    pub verdict: GoldenVerdict,
-    /// p of "no difference" over the whole picture and all blocks; 1 if identical, 0 if nothing is random.
-    pub p: f64,
-    /// Smallest relative change of the picture's mean that would have been called different with 90 % probability.
-    pub detectable: f64,
-    /// Largest difference of a value.
-    pub max: f64,
 }
 
 /// The check of one golden.
@@ -171,101 +125,6 @@ fn fill(directory: &Path, name: &str, outcome: &mut Outcome) -> anyhow::Result<C
     )?)
 }
 
-/// Compares a new picture with a golden. Where `deterministic`, every bit counts; elsewhere differences within the noise, plus
-/// a relative `margin`, are equivalent.
-///
-/// Two families of tests share [`LEVEL`]: the mean of the picture by its paired 8×8-block differences (Student's t, or z
-/// where a picture has one block only), and each block by the variances that the pictures carry (z, Holm). The block test takes
-/// the two pictures as independent, which errs towards "equivalent" when they share random numbers; the paired one does not.
-pub fn judge(
-    new: &Picture,
-    golden: &Picture,
-    deterministic: bool,
-    margin: f64,
-) -> Result<Check, ImageError> {
-    same_size(new, golden)?;
-    let flat = new.rgb.as_flattened().iter().zip(golden.rgb.as_flattened());
-    let max = flat.fold(0.0, |max: f64, (a, b)| {
-        let difference = f64::from((a - b).abs());
-        if difference.is_nan() {
-            f64::INFINITY
-        } else {
-            max.max(difference)
-        }
-    });
-    if new.digest() == golden.digest() {
-        return Ok(Check {
-            verdict: GoldenVerdict::Identical,
-            p: 1.0,
-            detectable: 0.0,
-            max,
-        });
-    }
-    let random =
-        !deterministic && new.variance.is_some() && golden.variance.is_some() && max.is_finite();
-    let (p, detectable) = if random {
-        statistics(new, golden, margin)
-    } else {
-        (0.0, 0.0)
-    };
-    let verdict = if p >= LEVEL {
-        GoldenVerdict::Equivalent
-    } else {
-        GoldenVerdict::Different
-    };
-    Ok(Check {
-        verdict,
-        p,
-        detectable,
-        max,
-    })
-}
-
-/// p over both families, and the detectable relative change of the mean.
-fn statistics(new: &Picture, golden: &Picture, margin: f64) -> (f64, f64) {
-    let pairs: Vec<(Block, Block)> = blocks(new, BLOCK)
-        .into_iter()
-        .zip(blocks(golden, BLOCK))
-        .collect();
-    let mut p_values = Vec::new();
-    for (a, b) in &pairs {
-        for c in 0..3 {
-            let noise = (a.variance[c] + b.variance[c]).sqrt() + ROUNDING * b.mean[c].abs();
-            p_values.push(two_sided_normal(
-                beyond(a.mean[c] - b.mean[c], margin * b.mean[c].abs())
-                    / noise.max(f64::MIN_POSITIVE),
-            ));
-        }
-    }
-    let by_block = holm_smallest(&p_values);
-    let mut by_mean = Vec::new();
-    let mut detectable = 0.0_f64;
-    let means = metrics::mean(golden);
-    for c in 0..3 {
-        let paired = Moments::of(pairs.iter().map(|(a, b)| a.mean[c] - b.mean[c]));
-        let slack = margin * means[c].abs() + ROUNDING * means[c].abs();
-        let error = paired.standard_error();
-        if paired.count() < 2 || error == 0.0 {
-            continue;
-        }
-        let test = student(&paired, 0.0);
-        by_mean.push(two_sided_student(
-            beyond(paired.mean(), slack) / error,
-            test.freedom,
-        ));
-        let reach = student_quantile(1.0 - LEVEL / 12.0, test.freedom) + normal_quantile(0.9);
-        detectable =
-            detectable.max((slack + reach * error) / means[c].abs().max(f64::MIN_POSITIVE));
-    }
-    let p = holm_smallest(&[by_block, holm_smallest(&by_mean)]);
-    (p, detectable)
-}
-
-/// How far a difference is beyond a margin.
-fn beyond(difference: f64, margin: f64) -> f64 {
-    (difference.abs() - margin).max(0.0)
-}
-
 /// Renders a golden and stores it with the reason. Refused in a directory of independent truth.
 pub fn accept(directory: &Path, name: &str, reason: &str) -> anyhow::Result<String> {
     ensure!(
@@ -324,4 +183,87 @@ fn draw(directory: &Path, golden: &Golden) -> anyhow::Result<(Picture, Integrato
         Picture::of_film(&outcome.film).described(&scene, &settings, outcome.passes),
         settings.integrator,
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "\
+        [camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\nvertical_fov_deg = 30\n[film]\nwidth = 12\nheight = 12\n\
+        [render]\nintegrator = \"path\"\nspp = 4\n[material.wall]\ndiffuse = { reflectance = [0.5, 0.5, 0.5] }\n\
+        [[sphere]]\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"wall\"\n\
+        [[point_light]]\nposition = [2, 3, 5]\nintensity = [20, 20, 20]\n";
+    const TOML: &str = "# Why this scene.\nscene = \"scene.toml\"\nset = [\"film.width=16\"]\ncomponent = \"path\"\n";
+
+    fn directory(kind: &str) -> (tempfile::TempDir, PathBuf) {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join(kind);
+        std::fs::create_dir(&path).unwrap();
+        std::fs::write(
+            path.join("ball.toml"),
+            TOML.replace("scene.toml", "../scene.toml"),
+        )
+        .unwrap();
+        std::fs::write(root.path().join("scene.toml"), SCENE).unwrap();
+        (root, path)
+    }
+
+    #[test]
+    fn a_golden_is_accepted_with_its_reason_and_then_guards_its_picture() {
+        let (root, path) = directory("regression");
+        let check_ball = || check_all(&path).remove(0).check;
+        assert!(
+            check_ball()
+                .unwrap_err()
+                .to_string()
+                .contains("never accepted")
+        );
+        assert!(accept(&path, "ball", " ").is_err());
+        accept(&path, "ball", "first picture").unwrap();
+        let text = std::fs::read_to_string(path.join("ball.toml")).unwrap();
+        assert!(
+            text.starts_with("# Why this scene.\n") && text.contains("first picture"),
+            "{text}"
+        );
+        assert_eq!(check_ball().unwrap().verdict, GoldenVerdict::Identical);
+
+        std::fs::write(
+            root.path().join("scene.toml"),
+            SCENE.replace("spp = 4", "spp = 4\nseed = 5"),
+        )
+        .unwrap();
+        assert_eq!(check_ball().unwrap().verdict, GoldenVerdict::Equivalent);
+        std::fs::write(
+            root.path().join("scene.toml"),
+            SCENE.replace("0.5, 0.5, 0.5", "0.4, 0.4, 0.4"),
+        )
+        .unwrap();
+        assert_eq!(check_ball().unwrap().verdict, GoldenVerdict::Different);
+        std::fs::write(root.path().join("scene.toml"), "nonsense").unwrap();
+        assert!(check_ball().is_err());
+
+        let stored = path.join("ball.exr");
+        let mut picture = exr::read(&stored).unwrap();
+        picture.rgb[0][0] += 1.0;
+        exr::write(&picture, &stored).unwrap();
+        assert!(
+            check_ball()
+                .unwrap_err()
+                .to_string()
+                .contains("not the picture that was accepted")
+        );
+    }
+
+    #[test]
+    fn independent_truth_is_never_accepted_from_our_own_output() {
+        let (_root, path) = directory("reference");
+        assert!(
+            accept(&path, "ball", "looks good")
+                .unwrap_err()
+                .to_string()
+                .contains("never accepted")
+        );
+        assert!(!path.join("ball.exr").exists());
+    }
 }

@@ -4,6 +4,7 @@ pub mod agreement;
 pub mod analytic;
 pub mod cup;
 pub mod eps;
+pub mod formula_audit;
 pub mod newton_seeds;
 pub mod photons;
 
@@ -16,4 +17,5 @@ pub const ALL: &[Experiment] = &[
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,
+    formula_audit::EXPERIMENT,
 ];

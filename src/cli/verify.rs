@@ -194,7 +194,11 @@ fn goldens(effort: Effort) -> Vec<(Claim, f64)> {
     });
     let wrong = wrong.count() as u64;
     let seconds = outcomes.iter().map(|outcome| outcome.seconds).sum();
-    progress.end(&format!("{} of {} differ", wrong, outcomes.len()));
+    progress.end(&format!(
+        "{} of {} different or broken",
+        wrong,
+        outcomes.len()
+    ));
     let subject = Subject {
         experiment: "golden",
         claim: "unchanged",

@@ -78,7 +78,8 @@ pub fn comparison(page: &ComparisonPage) -> Result<String, minijinja::Error> {
     let c = page.comparison;
     let mut rows = Vec::new();
     let mut row = |name, values: &[f64], note| {
-        let texts = values.iter().map(|&x| number(x)).collect();
+        let mut texts: Vec<String> = values.iter().map(|&x| number(x)).collect();
+        texts.resize(3, String::new());
         rows.push(Row { name, texts, note });
     };
     row("mse", &[c.mse], "mean of (a − b)²");

@@ -1,7 +1,7 @@
 //! Diffuse directions, the cosine, and Fresnel's reflectance.
 
 use super::{Fault, Trial, compare};
-use crate::render::scatter::fresnel;
+use crate::render::scatter::{fresnel, refract};
 use crate::scene::sampling::{cosine_density, cosine_hemisphere, uniform_sphere};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -104,7 +104,8 @@ fn cosine_twice(cos: f64) -> f64 {
 }
 
 fn reflectance(cos: f64, eta: f64) -> f64 {
-    fresnel(cos, eta).0
+    let direction = DVec3::new((1.0 - cos * cos).sqrt(), -cos, 0.0);
+    refract(direction, DVec3::Y, eta).0
 }
 
 fn constant(_: f64, eta: f64) -> f64 {

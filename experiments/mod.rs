@@ -4,6 +4,7 @@ pub mod agreement;
 pub mod analytic;
 pub mod cup;
 pub mod eps;
+pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
 
@@ -16,4 +17,5 @@ pub const ALL: &[Experiment] = &[
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,
+    integrators::EXPERIMENT,
 ];

@@ -5,6 +5,7 @@ pub mod analytic;
 pub mod cup;
 pub mod eps;
 pub mod integrators;
+pub mod formula_audit;
 pub mod newton_seeds;
 pub mod photons;
 
@@ -18,4 +19,5 @@ pub const ALL: &[Experiment] = &[
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,
     integrators::EXPERIMENT,
+    formula_audit::EXPERIMENT,
 ];

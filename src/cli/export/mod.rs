@@ -21,7 +21,7 @@ Examples:
   photolathe export scenes/hourglass.toml --to mitsuba -o out/hourglass
   mitsuba -m llvm_ad_rgb -D spp=256 out/hourglass/scene.xml      or scalar_rgb; writes scene.exr, linear radiance as ours
   photolathe export scenes/cup.toml --to povray -o out/cup
-  cd out/cup && povray scene.pov +W512 +H512 +A0.01              writes scene.exr, linear radiance as ours
+  cd out/cup && povray scene.ini                                 writes scene.exr, linear radiance as ours
 
 mitsuba  scene.xml for Mitsuba 3, rgb variants, with textures (EXR) and meshes (PLY) beside it: the full light transport of
          `--integrator path`. Surfaces of revolution become meshes with the true normals; the bound of their geometric error

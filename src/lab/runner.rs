@@ -12,7 +12,7 @@ use crate::numeric::rng::mix;
 use anyhow::{Context as _, bail, ensure};
 use std::collections::BTreeSet;
 use std::panic::resume_unwind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -97,34 +97,49 @@ pub fn run_experiment(
         .map(|(_, run)| run)
         .partition(|run| records.find(run).is_some());
     execute(experiment, options, &records, &to_do, watch)?;
-    let found: Vec<Option<Record>> = plan.iter().map(|run| records.find(run)).collect();
-    let missing = found.iter().filter(|record| record.is_none()).count();
-    let found: Vec<Record> = found.into_iter().flatten().collect();
-    let table = Table {
-        columns: experiment
-            .columns
-            .iter()
-            .map(|&name| name.to_owned())
-            .collect(),
-        rows: found
-            .iter()
-            .flat_map(|record| record.rows.clone())
-            .collect(),
-    };
-    let path = |ending: &str| options.out.join(format!("{}.{ending}", experiment.name));
-    write_atomically(&path("csv"), &table.to_csv())?;
-    let mut conclusion = Conclusion::default();
-    if missing == 0 {
-        conclusion = (experiment.conclude)(&table, options.effort);
-        write_atomically(&path("claims.json"), &claims_json(&conclusion.claims)?)?;
+    let found = plan.iter().map(|run| records.find(run)).collect();
+    let mut finished = Finished::of(experiment, options.effort, found);
+    finished.reused = done.len();
+    finished.write(experiment, &options.out)?;
+    Ok(finished)
+}
+
+impl Finished {
+    /// The table of the records of a plan, in its order, and, if none is absent, what the experiment concludes.
+    pub(super) fn of(experiment: &Experiment, effort: Effort, found: Vec<Option<Record>>) -> Self {
+        let missing = found.iter().filter(|record| record.is_none()).count();
+        let found: Vec<Record> = found.into_iter().flatten().collect();
+        let seconds = found.iter().map(|record| record.seconds).sum();
+        let table = Table {
+            columns: experiment
+                .columns
+                .iter()
+                .map(|&name| name.to_owned())
+                .collect(),
+            rows: found.into_iter().flat_map(|record| record.rows).collect(),
+        };
+        let conclusion = match missing {
+            0 => (experiment.conclude)(&table, effort),
+            _ => Conclusion::default(),
+        };
+        Self {
+            table,
+            conclusion,
+            missing,
+            reused: 0,
+            seconds,
+        }
     }
-    Ok(Finished {
-        table,
-        conclusion,
-        missing,
-        reused: done.len(),
-        seconds: found.iter().map(|record| record.seconds).sum(),
-    })
+
+    /// Writes OUT/NAME.csv and, when all runs are there, OUT/NAME.claims.json.
+    pub fn write(&self, experiment: &Experiment, out: &Path) -> anyhow::Result<()> {
+        let path = |ending: &str| out.join(format!("{}.{ending}", experiment.name));
+        write_atomically(&path("csv"), &self.table.to_csv())?;
+        if self.missing == 0 {
+            write_atomically(&path("claims.json"), &claims_json(&self.conclusion.claims)?)?;
+        }
+        Ok(())
+    }
 }
 
 /// Claims as a JSON array, one per line.

@@ -4,6 +4,7 @@
 
 pub mod compare;
 pub mod experiment;
+pub mod export;
 pub mod golden;
 pub mod inspect;
 pub mod intersect;
@@ -45,6 +46,8 @@ enum Command {
     Intersect(intersect::IntersectArgs),
     /// Show what the program understood of a scene, and draw a profile.
     Inspect(inspect::InspectArgs),
+    /// Write a scene for Mitsuba or POV-Ray.
+    Export(export::ExportArgs),
     /// Compare two pictures; the second is the reference.
     Compare(compare::Args),
     /// Run the experiments and show what was predicted and what was measured.
@@ -62,6 +65,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Intersect(args) => intersect::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::run(args),
         Command::Verify(args) => verify::run(&args),
         Command::Report(args) => report::run(&args),

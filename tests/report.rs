@@ -8,6 +8,7 @@ use photolathe::lab::versus::{Agreement, agreement, pairs};
 use photolathe::numeric::rng::{Purpose, Stream};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 use std::time::{Duration, Instant};
 
 const RUNS: i64 = 60;
@@ -194,6 +195,83 @@ fn a_killed_sweep_continues_to_the_unbroken_table() {
     let (whole, killed) = (joined(&[whole]).unwrap(), joined(&[killed]).unwrap());
     assert!(killed.joined[0].missing.is_empty());
     assert_eq!(timeless(&killed), timeless(&whole));
+}
+
+/// One run that "measures" its prediction 0, off by what `shift` says of its seed, with a standard error of 1.
+fn shifted(shift: fn(&Run, Effort, u64) -> anyhow::Result<Outcome>) -> Experiment {
+    Experiment {
+        columns: &["shift"],
+        plan: |_| vec![Run::new([("index", 0_i64.into())])],
+        execute: shift,
+        conclude: |table, effort| {
+            let estimate = Estimate {
+                freedom: f64::INFINITY,
+                ..estimate(table.numbers("shift")[0], 1.0)
+            };
+            Conclusion {
+                claims: vec![Claim::null(subject(effort), estimate, 0.0, 10.0)],
+                plots: Vec::new(),
+            }
+        },
+        ..TOY
+    }
+}
+
+fn shift_by(shift: f64) -> anyhow::Result<Outcome> {
+    Ok(Outcome {
+        rows: vec![vec![shift.into()]],
+        ..Outcome::default()
+    })
+}
+
+/// Standard errors of the two looks: .001 is at 3.29, 1e-5 at 4.42, 1e-8 at 5.73.
+#[test]
+fn fresh_random_numbers_decide_where_the_first_look_rejects() {
+    static FIRST: AtomicU64 = AtomicU64::new(0);
+    let once = shifted(|_, _, seed| {
+        // The first seed seen is the first look's.
+        let first = FIRST.compare_exchange(0, seed, SeqCst, SeqCst);
+        let is_first = first.map_or_else(|known| known == seed, |_| true);
+        shift_by(if is_first { 5.0 } else { 0.5 })
+    });
+    let cases = [
+        (shifted(|_, _, _| shift_by(3.2)), Verdict::Pass, false),
+        (shifted(|_, _, _| shift_by(3.4)), Verdict::Pass, true),
+        (shifted(|_, _, _| shift_by(4.3)), Verdict::Pass, true),
+        (shifted(|_, _, _| shift_by(4.6)), Verdict::Fail, true),
+        (once, Verdict::Pass, true),
+    ];
+    for (experiment, verdict, twice) in cases {
+        let root = tempfile::tempdir().unwrap();
+        let options = RunOptions {
+            effort: Effort::Smoke,
+            seed: 3,
+            threads: Some(1),
+            out: root.path().to_owned(),
+            shard: Shard::WHOLE,
+        };
+        let finished = run_experiment(&experiment, &options, &|_, _| ()).unwrap();
+        let claim = &finished.conclusion.claims[0];
+        assert_eq!(claim.verdict, verdict);
+        assert_eq!(claim.statement.contains("Second look"), twice);
+        assert_eq!(root.path().join("second").exists(), twice);
+        let written = std::fs::read_to_string(root.path().join("toy.claims.json")).unwrap();
+        assert_eq!(written.contains("Second look"), twice);
+        let again = [root.path().to_owned()];
+        let side = join(&again, &[&experiment], Choice::default()).unwrap();
+        assert_eq!(
+            side.joined[0].finished.conclusion.claims,
+            finished.conclusion.claims
+        );
+        // Without the second look's records the first stands alone, at 1e-8.
+        if twice {
+            std::fs::remove_dir_all(root.path().join("second")).unwrap();
+            let side = join(&again, &[&experiment], Choice::default()).unwrap();
+            let claim = &side.joined[0].finished.conclusion.claims[0];
+            assert_eq!(claim.verdict, Verdict::Pass);
+            assert!(claim.statement.contains("no second"));
+        }
+    }
 }
 
 #[test]

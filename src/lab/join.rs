@@ -6,7 +6,7 @@
 use super::experiment::{Effort, Experiment, Run};
 use super::machine::Machine;
 use super::record::{self, Record};
-use super::runner::{Finished, checked_plan};
+use super::runner::{Finished, SECOND, checked_plan, second_seed};
 use super::table::same_row;
 use anyhow::{bail, ensure};
 use std::collections::HashMap;
@@ -129,7 +129,13 @@ pub fn join<'a>(
     found.retain(|(_, records)| !records.is_empty());
     let joined: anyhow::Result<Vec<Joined>> = found
         .into_iter()
-        .map(|(experiment, records)| one(experiment, origin.effort, records))
+        .map(|(experiment, records)| {
+            let mut joined = one(experiment, origin.effort, records)?;
+            if joined.finished.in_doubt() {
+                second_look(&mut joined, directories, &origin)?;
+            }
+            Ok(joined)
+        })
         .collect();
     Ok(Side {
         directories: directories.to_owned(),
@@ -137,6 +143,25 @@ pub fn join<'a>(
         machines,
         joined: joined?,
     })
+}
+
+/// Takes the claims in doubt from the records of a second look, if they are complete.
+fn second_look(
+    joined: &mut Joined,
+    directories: &[PathBuf],
+    origin: &Origin,
+) -> anyhow::Result<()> {
+    let directories: Vec<PathBuf> = directories.iter().map(|d| d.join(SECOND)).collect();
+    let choice = Choice {
+        effort: Some(origin.effort),
+        seed: Some(second_seed(origin.seed)),
+    };
+    let mut records = records(&directories, joined.experiment, choice)?;
+    records.retain(|r| r.key.source == origin.source && r.key.inputs == origin.inputs);
+    let again = one(joined.experiment, origin.effort, records)?;
+    let complete = again.missing.is_empty().then_some(&again.finished);
+    joined.finished.look_again(complete);
+    Ok(())
 }
 
 /// The chosen records of the runs that the plan has.

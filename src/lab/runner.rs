@@ -3,7 +3,7 @@
 //! A run's random numbers are keyed by the seed, the experiment and the run's name, and the table is put together from the
 //! records in the order of the plan: threads, shards, order and interruptions change no byte of it, times aside.
 
-use super::claim::Claim;
+use super::claim::{Claim, Doubt};
 use super::experiment::{Conclusion, Effort, Experiment, Run, Table};
 use super::machine::Machine;
 use super::record::{Record, Records};
@@ -80,9 +80,38 @@ pub struct Finished {
     pub seconds: f64,
 }
 
+/// Directory, below that of the results, of second looks.
+pub const SECOND: &str = "second";
+
+/// The seed of the second look at an experiment.
+pub fn second_seed(seed: u64) -> u64 {
+    // Any fixed word: it keeps the two looks apart.
+    mix(&[seed, 0x5ec0_0d10])
+}
+
 /// Runs what is not yet done of (a shard of) an experiment and writes OUT/NAME.csv and, when all runs are there,
-/// OUT/NAME.claims.json. `watch` hears the number of runs done and to do, from any thread.
+/// OUT/NAME.claims.json. If a claim is in doubt, all is run again with a fresh seed in OUT/second, and that decides. `watch` hears the number of runs done and to do, from any thread.
 pub fn run_experiment(
+    experiment: &Experiment,
+    options: &RunOptions,
+    watch: &(dyn Fn(usize, usize) + Sync),
+) -> anyhow::Result<Finished> {
+    let mut finished = run_once(experiment, options, watch)?;
+    if finished.in_doubt() {
+        let again = RunOptions {
+            seed: second_seed(options.seed),
+            out: options.out.join(SECOND),
+            shard: Shard::WHOLE,
+            ..options.clone()
+        };
+        let again = run_once(experiment, &again, watch)?;
+        finished.look_again(Some(&again));
+        finished.write(experiment, &options.out)?;
+    }
+    Ok(finished)
+}
+
+fn run_once(
     experiment: &Experiment,
     options: &RunOptions,
     watch: &(dyn Fn(usize, usize) + Sync),
@@ -129,6 +158,26 @@ impl Finished {
             reused: 0,
             seconds,
         }
+    }
+
+    /// Whether a claim asks for a second look.
+    pub(super) fn in_doubt(&self) -> bool {
+        let claims = &self.conclusion.claims;
+        claims.iter().any(|claim| claim.doubt != Doubt::None)
+    }
+
+    /// Takes the claims in doubt from a second look, if there was one. Table and plots stay those of the first.
+    pub(super) fn look_again(&mut self, again: Option<&Self>) {
+        for claim in &mut self.conclusion.claims {
+            if claim.doubt != Doubt::None {
+                let second = again.and_then(|again| {
+                    let claims = &again.conclusion.claims;
+                    claims.iter().find(|other| other.claim == claim.claim)
+                });
+                *claim = claim.looked_at_again(second);
+            }
+        }
+        self.seconds += again.map_or(0.0, |again| again.seconds);
     }
 
     /// Writes OUT/NAME.csv and, when all runs are there, OUT/NAME.claims.json.

@@ -119,8 +119,9 @@ fn fill(directory: &Path, name: &str, outcome: &mut Outcome) -> anyhow::Result<C
     let stored = exr::read(&path)?;
     ensure!(
         stored.digest() == digest,
-        "{} is not the picture that was accepted",
-        path.display()
+        "{} is not the picture that was accepted: its digest is {}",
+        path.display(),
+        stored.digest()
     );
     let stored = outcome.stored.insert(stored);
     let (picture, integrator) = draw(directory, &golden)?;

@@ -5,6 +5,7 @@ pub mod analytic;
 pub mod cup;
 pub mod eps;
 pub mod formula_audit;
+pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
 
@@ -17,5 +18,6 @@ pub const ALL: &[Experiment] = &[
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,
+    integrators::EXPERIMENT,
     formula_audit::EXPERIMENT,
 ];

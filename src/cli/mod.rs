@@ -4,10 +4,12 @@
 
 pub mod compare;
 pub mod experiment;
+pub mod export;
 pub mod golden;
 pub mod inspect;
 pub mod intersect;
 pub mod render;
+pub mod report;
 mod resources;
 mod table;
 pub mod verify;
@@ -44,10 +46,14 @@ enum Command {
     Intersect(intersect::IntersectArgs),
     /// Show what the program understood of a scene, and draw a profile.
     Inspect(inspect::InspectArgs),
+    /// Write a scene for Mitsuba or POV-Ray.
+    Export(export::ExportArgs),
     /// Compare two pictures; the second is the reference.
     Compare(compare::Args),
     /// Run the experiments and show what was predicted and what was measured.
     Verify(verify::VerifyArgs),
+    /// Join the results of shards into one page, or set two runs side by side.
+    Report(report::ReportArgs),
     /// Check or accept golden pictures.
     Golden(golden::GoldenArgs),
 }
@@ -59,8 +65,10 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Intersect(args) => intersect::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::run(args),
         Command::Verify(args) => verify::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Golden(args) => golden::run(&args),
     };
     result.unwrap_or_else(|error| {

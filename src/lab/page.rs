@@ -40,6 +40,14 @@ pub fn number(x: f64) -> String {
     }
 }
 
+/// The same in ASCII, for terminals.
+pub fn ascii_number(x: f64) -> String {
+    number(x)
+        .replace('−', "-")
+        .replace('∞', "inf")
+        .replace('–', "-")
+}
+
 /// What the page of `compare` shows.
 #[derive(Clone, Debug, Serialize)]
 pub struct ComparisonPage<'a> {

@@ -84,6 +84,16 @@ impl Camera {
         self.focus_distance
     }
 
+    /// The unit vectors to the right, up and forward of the picture.
+    pub fn frame(&self) -> [DVec3; 3] {
+        [self.right, self.up, self.forward]
+    }
+
+    /// Tangent of half the vertical field of view.
+    pub fn tan_half_fov(&self) -> f64 {
+        self.tan_half_fov
+    }
+
     /// Side of a pixel on the plane at distance 1 from the eye, for a film of `height` pixels.
     pub fn pixel_size(&self, height: u32) -> f64 {
         2.0 * self.tan_half_fov / f64::from(height)

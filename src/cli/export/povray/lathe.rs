@@ -99,3 +99,43 @@ pub(super) fn mesh_text(mesh: &Mesh) -> String {
     list("face_indices", &mut triangles, mesh.triangles.len());
     text
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Greatest distance of points of the exported pieces from the profile, |r| for r, by dense sampling of it.
+    fn farthest(profile: &Profile, points: &[[[f64; 2]; 4]]) -> f64 {
+        let curve: Vec<[f64; 2]> = (profile.pieces().iter())
+            .flat_map(|piece| (0..=4096).map(|i| piece.at(f64::from(i) / 4096.0)))
+            .map(|station| [station.radius.abs(), station.height])
+            .collect();
+        let nearest = |r: f64, h: f64| {
+            let distance = |p: &[f64; 2]| libm::hypot(p[0] - r, p[1] - h);
+            curve.iter().map(distance).fold(f64::INFINITY, f64::min)
+        };
+        let pieces = points.iter().map(|points| Piece::new(*points));
+        pieces
+            .flat_map(|piece| [0.0, 0.3, 0.5, 0.8, 1.0].map(|u| piece.at(u)))
+            .map(|station| nearest(station.radius, station.height))
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn negative_control_radii_go_and_the_curve_stays() {
+        let crossing = Piece::new([[-1.0, 0.0], [1.0, 0.5], [2.0, 1.0], [1.0, 1.5]]);
+        let crossing = Profile::new(vec![crossing]).expect("a profile");
+        for (profile, cut) in [(Profile::cup(), false), (crossing, true)] {
+            let (points, moved) = control_points(&profile);
+            assert!(points.as_flattened().iter().all(|p| p[0] >= 0.0));
+            assert_eq!(moved > 0.0, cut);
+            assert!(moved < 1e-6, "{moved}");
+            // Half a step of the sampling, at speeds of at most 12.
+            assert!(farthest(&profile, &points) < 12.0 / 8192.0);
+            assert!(points.windows(2).all(|pair| {
+                let (end, start) = (pair[0][3], pair[1][0]);
+                (end[0] - start[0]).abs() <= moved && end[1] == start[1]
+            }));
+        }
+    }
+}

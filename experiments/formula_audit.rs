@@ -265,6 +265,18 @@ mod tests {
     }
 
     #[test]
+    fn every_property_rejects_the_wrong_formula_and_accepts_ours() {
+        for fault in faults() {
+            let found = (fault.examine)(&Trial {
+                seed: 1,
+                samples: samples(Effort::Smoke),
+            });
+            assert!(found.rejected, "{}: the wrong one passes", fault.name);
+            assert!(found.accepted, "{}: ours does not pass", fault.name);
+        }
+    }
+
+    #[test]
     fn every_fault_of_the_catalogues_that_changes_a_value_has_a_row() {
         let numbers: Vec<&str> = faults()
             .flat_map(|fault| fault.number.split(", "))

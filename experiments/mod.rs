@@ -4,8 +4,8 @@ pub mod agreement;
 pub mod analytic;
 pub mod cup;
 pub mod eps;
-pub mod integrators;
 pub mod formula_audit;
+pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
 

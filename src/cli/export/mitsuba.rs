@@ -367,7 +367,8 @@ impl Writer<'_> {
 
     /// The name of the file of a texture, linear values times `factor`.
     fn texture(&mut self, texture: &Arc<Texture>, factor: f64) -> anyhow::Result<String> {
-        let known = |(other, by): &(Arc<Texture>, f64)| Arc::ptr_eq(other, texture) && *by == factor;
+        let known =
+            |(other, by): &(Arc<Texture>, f64)| Arc::ptr_eq(other, texture) && *by == factor;
         let known = self.textures.iter().position(known);
         let index = known.unwrap_or(self.textures.len());
         let name = format!("texture-{index}.exr");
@@ -485,9 +486,7 @@ fn diffuse(reflectance: &str) -> String {
 /// A mirror that reflects all of this share at every angle.
 fn conductor(reflectance: Rgb) -> String {
     let share = rgb("specular_reflectance", reflectance);
-    format!(
-        "<bsdf type=\"conductor\"><string name=\"material\" value=\"none\"/>{share}</bsdf>"
-    )
+    format!("<bsdf type=\"conductor\"><string name=\"material\" value=\"none\"/>{share}</bsdf>")
 }
 
 fn to_world(columns: [DVec3; 4]) -> String {

@@ -233,7 +233,10 @@ impl Writer<'_> {
                 number(glass.ior)
             )?;
             // The glass lets straight shadow rays through; a black twin that nothing else sees stops them, as ours does.
-            writeln!(self.body, "{shape} pigment {{ rgb 0 }} no_image no_reflection }}")?;
+            writeln!(
+                self.body,
+                "{shape} pigment {{ rgb 0 }} no_image no_reflection }}"
+            )?;
             return Ok(());
         }
         let look = self.look(object, material)?;

@@ -46,9 +46,14 @@ impl Textures {
                 };
                 let factor = Rgb::new(factor(0), factor(1), factor(2));
                 if !factor.is_finite() {
-                    bail!("POV-Ray cannot say emission in a channel that reflects nothing, beside others that do");
+                    bail!(
+                        "POV-Ray cannot say emission in a channel that reflects nothing, beside others that do"
+                    );
                 }
-                (color(*below), format!(" diffuse 1 emission {}", color(factor)))
+                (
+                    color(*below),
+                    format!(" diffuse 1 emission {}", color(factor)),
+                )
             }
             (Some(_), Some(_)) => {
                 bail!("POV-Ray cannot say emission beside a checker or a texture")
@@ -92,7 +97,9 @@ impl Textures {
         Ok(match shape {
             // Their u of a sphere is a quarter less our s.
             Shape::Sphere(_) => {
-                format!("uv_mapping {words} warp {{ repeat x }} scale <-1, 1, 1> translate <0.25, 0, 0>")
+                format!(
+                    "uv_mapping {words} warp {{ repeat x }} scale <-1, 1, 1> translate <0.25, 0, 0>"
+                )
             }
             Shape::Revolution(_) => format!("uv_mapping {words}"),
             Shape::Quad(quad) => {

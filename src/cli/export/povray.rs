@@ -399,7 +399,7 @@ impl Writer<'_> {
         let settings = format!(
             "; povray scene.ini, in this folder: writes scene.exr, linear radiance\n\
              Input_File_Name=scene.pov\nOutput_File_Name=scene.exr\nOutput_File_Type=E\nDisplay=off\n\
-             Width={}\nHeight={}\nAntialias=on\nSampling_Method=1\nAntialias_Depth=4\nAntialias_Threshold=0\nAntialias_Gamma=1\nJitter=off\n",
+             Width={}\nHeight={}\nAntialias=on\nSampling_Method=1\nAntialias_Depth=4\nAntialias_Threshold=0\nJitter=off\n",
             film.width, film.height
         );
         self.export.files.extend([

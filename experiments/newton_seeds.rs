@@ -364,7 +364,8 @@ fn speed(bernstein: &[Row], newton: &[Row], effort: Effort) -> Claim {
     // One timing of each: another load of the machine may change either by a factor of two.
     let decades = libm::log10(ratio);
     let interval = (decades - libm::log10(2.0), decades + libm::log10(2.0));
-    Claim::in_range(subject, decades, interval, 1, (1.0, 3.0))
+    // The claim has a lower end only; a hundred thousand times would be a broken clock.
+    Claim::in_range(subject, decades, interval, 1, (1.0, 5.0))
 }
 
 fn measured(name: &str, rows: &[Row], x: impl Fn(&Row) -> f64) -> Series {

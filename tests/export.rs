@@ -134,7 +134,7 @@ fn fault_of_xml(text: &str) -> Option<String> {
         };
         let tag = &rest[..end];
         rest = &rest[end + 1..];
-        if tag.matches('"').count() % 2 != 0 || tag.contains('<') {
+        if !tag.matches('"').count().is_multiple_of(2) || tag.contains('<') {
             return Some(format!("bad quotes in {tag:?}"));
         }
         if let Some(name) = tag.strip_prefix('/') {

@@ -1,10 +1,12 @@
 //! `scene.xml` for Mitsuba 3.
 
+mod place;
+mod words;
+
 use super::mesh::Mesh;
 use super::{Export, extent, number};
-use crate::geometry::planar::{Disc, Plane, Quad, tangents};
+use crate::geometry::planar::{Plane, tangents};
 use crate::geometry::shape::Shape;
-use crate::geometry::sphere::Sphere;
 use crate::image::exr;
 use crate::image::picture::Picture;
 use crate::numeric::work::Work;
@@ -13,15 +15,16 @@ use crate::scene::material::{Emission, Material, Pattern, Side};
 use crate::scene::texture::Texture;
 use crate::scene::{Object, Rgb, Scene};
 use anyhow::{Context, bail};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
+use place::{
+    Coordinates, FACES_APART, disc_place, faces_apart, is_rectangle, rectangle_place, sphere_place,
+};
 use std::fmt::Write as _;
 use std::sync::Arc;
+use words::{comment, conductor, diffuse, float, list, rgb, to_uv, to_world};
 
 /// Half the side of the square that stands for a plane, in diagonals of the box of everything else.
 const PLANE_FACTOR: f64 = 1000.0;
-
-/// Distance of the two faces of what emits on both sides, in sizes of the object.
-const FACES_APART: f64 = 1e-4;
 
 /// The scene for Mitsuba 3; `mesh_error` is the greatest error of meshes as a share of the object's size.
 ///
@@ -44,21 +47,6 @@ pub(super) fn export(scene: &Scene, mesh_error: f64) -> anyhow::Result<Export> {
         writer.object(index, object)?;
     }
     Ok(writer.finish())
-}
-
-/// Where texture coordinates of Mitsuba's shape stand against ours: ours = scale × theirs + offset.
-#[derive(Clone, Copy, Debug)]
-struct Coordinates {
-    scale: DVec2,
-    offset: DVec2,
-}
-
-impl Coordinates {
-    /// The same.
-    const OURS: Self = Self {
-        scale: DVec2::ONE,
-        offset: DVec2::ZERO,
-    };
 }
 
 struct Writer<'a> {
@@ -190,6 +178,17 @@ impl Writer<'_> {
     fn object(&mut self, index: usize, object: &Object) -> anyhow::Result<()> {
         let material = &self.scene.materials[object.material];
         writeln!(self.body, "\n  <!-- {} -->", comment(&object.name))?;
+        if matches!(object.shape, Shape::Sphere(_))
+            && material
+                .emission
+                .is_some_and(|emission| emission.side != Side::Front)
+        {
+            // Measured with 3.9.1 in the furnace: emitter or BSDF sampling alone give 1.5, both together 1.51.
+            self.export.note(format!(
+                "{}: Mitsuba 3.9 makes the light of a ball that shines inward about 2 % too bright",
+                object.name
+            ));
+        }
         match material.emission {
             Some(emission) if emission.side == Side::Both => {
                 self.export.note(format!(
@@ -406,28 +405,8 @@ impl Writer<'_> {
     }
 }
 
-/// The two faces of what emits on both sides: the front moved forward, the back backward.
-fn faces_apart(shape: &Shape) -> [Shape; 2] {
-    let moved = |way: f64| match shape {
-        Shape::Quad(quad) => {
-            let size = quad.edge_u.length().max(quad.edge_v.length());
-            let corner = quad.corner + 0.5 * way * FACES_APART * size * quad.normal();
-            Shape::Quad(Quad { corner, ..*quad })
-        }
-        Shape::Disc(disc) => {
-            let center = disc.center + way * FACES_APART * disc.radius * disc.normal;
-            Shape::Disc(Disc { center, ..*disc })
-        }
-        Shape::Sphere(sphere) => {
-            let radius = sphere.radius * (1.0 + way * FACES_APART);
-            Shape::Sphere(Sphere { radius, ..*sphere })
-        }
-        Shape::Plane(_) | Shape::Revolution(_) => shape.clone(),
-    };
-    [moved(1.0), moved(-1.0)]
-}
-
-/// A weight of the mirror that leaves both parts at most 1, in proportion to the greatest of each where that is possible.
+/// A weight of the mirror that leaves both parts at most 1: its greatest channel against that of the diffuse part. `None` if
+/// there is no such weight.
 fn blend(pattern: &Pattern, mirror: Rgb) -> Option<f64> {
     let below = match pattern {
         Pattern::Constant(color) => *color,
@@ -441,99 +420,4 @@ fn blend(pattern: &Pattern, mirror: Rgb) -> Option<f64> {
         return Some(0.0);
     }
     (sum <= 1.0).then_some(above / sum)
-}
-
-fn is_rectangle(quad: &Quad) -> bool {
-    let across = quad.edge_u.normalize().dot(quad.edge_v.normalize());
-    // What 32 bits cannot tell from a right angle.
-    across.abs() <= f64::from(f32::EPSILON)
-}
-
-/// Their rectangle is [−1, 1]² with (u, v) = (0, 0) at (−1, −1).
-fn rectangle_place(quad: &Quad) -> (&'static str, String, Coordinates) {
-    let (half_u, half_v) = (0.5 * quad.edge_u, 0.5 * quad.edge_v);
-    let center = quad.corner + half_u + half_v;
-    let columns = [half_u, half_v, quad.normal(), center];
-    ("rectangle", to_world(columns), Coordinates::OURS)
-}
-
-/// Their poles are on the z axis, u runs from x to y, and v from the pole at +z: so z, x, y are our y, z, x, and v is 1 − t.
-fn sphere_place(sphere: &Sphere) -> (&'static str, String, Coordinates) {
-    let r = sphere.radius;
-    let columns = [r * DVec3::Z, r * DVec3::X, r * DVec3::Y, sphere.center];
-    let coordinates = Coordinates {
-        scale: DVec2::new(1.0, -1.0),
-        offset: DVec2::new(0.0, 1.0),
-    };
-    ("sphere", to_world(columns), coordinates)
-}
-
-fn disc_place(disc: &Disc) -> (&'static str, String, Coordinates) {
-    let (s_axis, t_axis) = tangents(disc.normal);
-    let columns = [
-        disc.radius * s_axis,
-        disc.radius * t_axis,
-        disc.normal,
-        disc.center,
-    ];
-    ("disk", to_world(columns), Coordinates::OURS)
-}
-
-fn diffuse(reflectance: &str) -> String {
-    format!("<bsdf type=\"diffuse\">{reflectance}</bsdf>")
-}
-
-/// A mirror that reflects all of this share at every angle.
-fn conductor(reflectance: Rgb) -> String {
-    let share = rgb("specular_reflectance", reflectance);
-    format!("<bsdf type=\"conductor\"><string name=\"material\" value=\"none\"/>{share}</bsdf>")
-}
-
-fn to_world(columns: [DVec3; 4]) -> String {
-    let rows = (0..3).map(|i| columns.map(|column| number(column[i])).join(" "));
-    let rows: Vec<String> = rows.collect();
-    format!(
-        "<transform name=\"to_world\"><matrix value=\"{} 0 0 0 1\"/></transform>",
-        rows.join(" ")
-    )
-}
-
-/// From their texture coordinates to ours, times the repetitions.
-fn to_uv(coordinates: Coordinates, repeat: DVec2) -> String {
-    let scale = coordinates.scale * repeat;
-    let offset = coordinates.offset * repeat;
-    format!(
-        "<transform name=\"to_uv\"><scale x=\"{}\" y=\"{}\"/><translate x=\"{}\" y=\"{}\"/></transform>",
-        number(scale.x),
-        number(scale.y),
-        number(offset.x),
-        number(offset.y)
-    )
-}
-
-fn float(name: &str, x: f64) -> String {
-    format!("<float name=\"{name}\" value=\"{}\"/>", number(x))
-}
-
-fn rgb(name: &str, color: Rgb) -> String {
-    format!("<rgb name=\"{name}\" value=\"{}\"/>", list(color))
-}
-
-fn list(v: DVec3) -> String {
-    v.to_array().map(number).join(", ")
-}
-
-/// Text that may stand in an XML comment: no control characters, no two hyphens in a row, none at the end.
-fn comment(text: &str) -> String {
-    let mut safe = String::new();
-    for c in text.chars() {
-        if c == '-' && safe.ends_with('-') {
-            safe.push(' ');
-        }
-        safe.push(if c.is_control() { ' ' } else { c });
-    }
-    if safe.ends_with('-') {
-        safe.push(' ');
-    }
-    safe
 }

@@ -274,10 +274,8 @@ material = "glass"
     );
 }
 
-/// Straight through a slab of glass: T = (1−F)²τ/(1 − F²τ²).
-#[test]
-fn a_slab_of_glass_lets_through_what_fresnel_and_beer_say() {
-    let text = r#"
+/// A slab of glass before an even lamp, seen from straight above.
+const SLAB: &str = r#"
 [camera]
 eye = [0.3, 5, 0.2]
 target = [0.3, 0, 0.2]
@@ -303,16 +301,41 @@ normal = [0, 1, 0]
 radius = 50
 material = "lamp"
 "#;
-    let fresnel = 0.04_f64;
-    let expected = [0.0, 0.5, 2.0].map(|sigma| {
-        let tau = libm::exp(-sigma * 0.75);
-        (1.0 - fresnel) * (1.0 - fresnel) * tau / (1.0 - fresnel * fresnel * tau * tau)
-    });
-    assert!((expected[0] - 0.923_076_923).abs() < 1e-9);
-    assert_mean(&path(text, 20_000, &[]), Rgb::from_array(expected), 0.05);
+
+/// Transmittance of the slab (n = 1.5, thickness ¾) by the formulas of Snell, Fresnel and Beer, all internal reflections summed:
+/// T = (1−F)²τ/(1 − F²τ²).
+fn slab_transmittance(cos: f64, sigma: f64) -> f64 {
+    let cos_t = (1.0 - (1.0 - cos * cos) / 2.25).sqrt();
+    let s = (cos - 1.5 * cos_t) / (cos + 1.5 * cos_t);
+    let p = (1.5 * cos - cos_t) / (1.5 * cos + cos_t);
+    let f = 0.5 * (s * s + p * p);
+    let tau = libm::exp(-sigma * 0.75 / cos_t);
+    (1.0 - f) * (1.0 - f) * tau / (1.0 - f * f * tau * tau)
+}
+
+#[test]
+fn a_slab_of_glass_lets_through_what_fresnel_and_beer_say() {
+    let expected = Rgb::from_array([0.0, 0.5, 2.0].map(|sigma| slab_transmittance(1.0, sigma)));
+    assert!((expected.x - 0.923_076_923).abs() < 1e-9);
+    assert_mean(&path(SLAB, 20_000, &[]), expected, 0.05);
     // Two reflections inside weigh 0.0015, so roulette decides about them: 2000 passes.
-    let whitted = outcome(text, by(Integrator::Whitted, 2000), &[]).film;
-    assert_mean(&whitted, Rgb::from_array(expected), 0.01);
+    let whitted = outcome(SLAB, by(Integrator::Whitted, 2000), &[]).film;
+    assert_mean(&whitted, expected, 0.01);
+}
+
+/// At 75 degrees a quarter is reflected, which a constant reflectance would miss.
+#[test]
+fn a_slab_seen_at_a_slant_follows_fresnel_too() {
+    let cos = libm::cos(75_f64.to_radians());
+    let expected = Rgb::from_array([0.0, 0.5, 2.0].map(|sigma| slab_transmittance(cos, sigma)));
+    let eye = format!("[{}, 1.75, 0]", 1.0 * libm::tan(75_f64.to_radians()));
+    let slanted = [
+        ("camera.eye", eye.as_str()),
+        ("camera.target", "[0, 0.75, 0]"),
+    ];
+    assert_mean(&path(SLAB, 20_000, &slanted), expected, 0.05);
+    let whitted = outcome(SLAB, by(Integrator::Whitted, 2000), &slanted).film;
+    assert_mean(&whitted, expected, 0.02);
 }
 
 /// A room with every material, for comparisons without a closed form.

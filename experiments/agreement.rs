@@ -30,7 +30,7 @@ struct Subjected {
     text: &'static str,
     /// Its letter in the reference.
     letter: &'static str,
-    /// Known relative error of the reference's blocks: the limit of events, float32, the mesh.
+    /// Known relative error of the reference's blocks: float32, the mesh.
     reference_error: f64,
 }
 
@@ -69,7 +69,7 @@ const METHODS: [Method; 2] = [
     },
     Method {
         name: "ppm",
-        replicates: 6,
+        replicates: 5,
         block_bias: 0.06,
         image_bias: 0.005,
     },
@@ -79,10 +79,10 @@ const METHODS: [Method; 2] = [
 pub const EXPERIMENT: Experiment = Experiment {
     name: NAME,
     question: "Do path tracing and photon mapping draw what an independent renderer draws?",
-    prediction: "Every 16 × 16-pixel block has the reference's mean, within noise and the reference's own known error (float32, at most 15 \
-                 events, a mesh in place of the profile); for photon maps also within the bias that the gather radius leaves at corners.",
+    prediction: "Every 16 × 16-pixel block has the reference's mean, within noise and the reference's own known error (float32, a mesh in \
+                 place of the profile); for photon maps also within the bias that the gather radius leaves at corners.",
     method: "Independent renders of the box and the hourglass at the reference's size; Student's interval over replicates, the reference's \
-             standard error added, for each block mean. The reference is Mitsuba 3.9.1, path, 11392 and 23040 samples a pixel.",
+             standard error added, for each block mean. The reference is Mitsuba 3.9.1, path, 11392 and 23040 samples a pixel, at most 15 scattering events as here.",
     columns: &[
         "scene",
         "integrator",
@@ -138,7 +138,7 @@ fn plan(_: Effort) -> Vec<Run> {
 /// Camera samples a pixel of `path`; passes of 100 000 photons of `ppm`.
 fn budget(effort: Effort) -> (u32, u64) {
     match effort {
-        Effort::Smoke => (4, 5),
+        Effort::Smoke => (4, 4),
         Effort::Standard => (64, 64),
         Effort::Full => (1024, 1024),
     }
@@ -157,6 +157,8 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
         ("render.spp", spp.to_string()),
         ("render.passes", passes.to_string()),
         ("render.photons", "100000".to_owned()),
+        // The reference's own limit: without it the hourglass is 0.25 % brighter.
+        ("render.max_depth", "15".to_owned()),
     ];
     let overrides = overrides.map(|(key, value)| (key.to_owned(), value));
     let scene = parse(subject.text, &name, Path::new("scenes"), &overrides)?;

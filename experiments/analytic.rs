@@ -76,9 +76,9 @@ fn predicted(scene: &str, albedo: f64) -> f64 {
 /// Camera samples a pixel of `path`, passes and photons a pass of `ppm`: standard errors of a tenth of the margin.
 fn budget(effort: Effort) -> (u32, u64, u64) {
     match effort {
-        Effort::Smoke => (1_024, 8, 8_000),
-        Effort::Standard => (51_200, 80, 80_000),
-        Effort::Full => (512_000, 800, 80_000),
+        Effort::Smoke => (1_024, 8, 16_000),
+        Effort::Standard => (51_200, 80, 120_000),
+        Effort::Full => (512_000, 800, 120_000),
     }
 }
 

@@ -4,6 +4,8 @@ pub mod agreement;
 pub mod analytic;
 pub mod cup;
 pub mod eps;
+pub mod formula_audit;
+pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
 
@@ -16,4 +18,6 @@ pub const ALL: &[Experiment] = &[
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,
+    integrators::EXPERIMENT,
+    formula_audit::EXPERIMENT,
 ];

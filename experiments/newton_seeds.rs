@@ -9,10 +9,10 @@ use crate::lab::claim::{Claim, Estimate, Subject};
 use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::lab::table::{Table, Value};
+use crate::numeric::clock::ThreadClock;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::statistics::{binomial_interval, zero_failures_bound};
 use crate::numeric::work::Work;
-use std::time::Instant;
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
@@ -104,12 +104,12 @@ impl Entry {
     }
 
     fn measure(&mut self, surface: &Revolution, rays: &[Ray], truth: &[Option<f64>]) {
-        let clock = Instant::now();
+        let clock = ThreadClock::start();
         let nearest = rays
             .iter()
             .map(|ray| surface.nearest(ray, &self.solver, &mut self.work));
         let found: Vec<_> = nearest.collect();
-        self.seconds += clock.elapsed().as_secs_f64();
+        self.seconds += clock.seconds();
         for (found, truth) in found.iter().zip(truth) {
             match (found, truth) {
                 (None, Some(_)) => self.miss += 1,
@@ -364,7 +364,8 @@ fn speed(bernstein: &[Row], newton: &[Row], effort: Effort) -> Claim {
     // One timing of each: another load of the machine may change either by a factor of two.
     let decades = libm::log10(ratio);
     let interval = (decades - libm::log10(2.0), decades + libm::log10(2.0));
-    Claim::in_range(subject, decades, interval, 1, (1.0, 3.0))
+    // The claim has a lower end only; a hundred thousand times would be a broken clock.
+    Claim::in_range(subject, decades, interval, 1, (1.0, 5.0))
 }
 
 fn measured(name: &str, rows: &[Row], x: impl Fn(&Row) -> f64) -> Series {

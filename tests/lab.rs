@@ -109,6 +109,11 @@ fn threads_shards_and_order_do_not_change_the_table() {
     assert_eq!(finished.conclusion.claims[0].verdict, Verdict::Pass);
     let expected = timeless_csv(whole.path());
     assert_eq!(expected.lines().count(), 7);
+    let means = finished.table.numbers("mean");
+    assert_ne!(
+        means[0], means[1],
+        "runs of different names share random numbers"
+    );
     let parts = tempfile::tempdir().unwrap();
     for (position, index) in [3, 1, 2].into_iter().enumerate() {
         let shard = Shard { index, count: 3 };

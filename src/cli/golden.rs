@@ -2,11 +2,13 @@
 
 use super::table::aligned;
 use crate::image::exr;
+use crate::image::file::write_atomically;
+use crate::lab::golden::page::Checked;
 use crate::lab::golden::{self, GoldenVerdict, Outcome};
-use crate::lab::page::number;
+use crate::lab::page::ascii_number;
 use crate::lab::progress::Progress;
 use crate::lab::report::duration;
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use clap::{Args, Subcommand};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -28,7 +30,7 @@ enum GoldenCommand {
         /// Directory with reference/ and regression/.
         #[arg(long, default_value = "golden")]
         dir: PathBuf,
-        /// Where to put the new pictures of goldens that are different.
+        /// Where to put the page and the new pictures of goldens that are different.
         #[arg(long, short, default_value = "out/golden")]
         out: PathBuf,
     },
@@ -76,10 +78,14 @@ fn check(name: Option<&str>, dir: &Path, out: &Path) -> anyhow::Result<ExitCode>
     let mut outcomes = Vec::new();
     for (index, (directory, name)) in todo.iter().enumerate() {
         progress.tell(index, todo.len());
-        outcomes.push((directory, golden::check(directory, name)));
+        outcomes.push(Checked {
+            directory: directory.clone(),
+            outcome: golden::check(directory, name),
+        });
     }
     progress.end(&format!("{} checked", todo.len()));
-    let rows: Vec<Vec<String>> = outcomes.iter().map(|(_, outcome)| row(outcome)).collect();
+    outcomes.sort_by_key(|checked| checked.urgency());
+    let rows: Vec<Vec<String>> = outcomes.iter().map(|c| row(&c.outcome)).collect();
     let header = [
         "verdict",
         "golden",
@@ -90,19 +96,23 @@ fn check(name: Option<&str>, dir: &Path, out: &Path) -> anyhow::Result<ExitCode>
         "time",
     ];
     write!(std::io::stdout(), "{}", aligned(&header, &rows))?;
-    for (directory, outcome) in &outcomes {
-        explain(directory, outcome, out)?;
+    for checked in &outcomes {
+        explain(checked, out)?;
     }
-    Ok(exit_code(outcomes.iter().map(|(_, outcome)| outcome)))
+    let page = out.join("index.html");
+    write_atomically(&page, golden::page::html(&outcomes)?.as_bytes())
+        .with_context(|| page.display().to_string())?;
+    writeln!(std::io::stdout(), "\n{}", page.display())?;
+    Ok(exit_code(outcomes.iter().map(|checked| &checked.outcome)))
 }
 
 fn row(outcome: &Outcome) -> Vec<String> {
     let (verdict, p, detectable, max) = match &outcome.check {
         Ok(check) => (
             check.verdict.word(),
-            number(check.p),
-            format!("{} %", number(100.0 * check.detectable)),
-            number(check.max),
+            ascii_number(check.p),
+            format!("{} %", ascii_number(100.0 * check.detectable)),
+            ascii_number(check.max),
         ),
         Err(_) => ("broken", "-".to_owned(), "-".to_owned(), "-".to_owned()),
     };
@@ -119,19 +129,24 @@ fn row(outcome: &Outcome) -> Vec<String> {
 }
 
 /// Says what to do about a golden that is not right, and puts the new picture where it can be looked at.
-fn explain(directory: &Path, outcome: &Outcome, out: &Path) -> anyhow::Result<()> {
-    let name = &outcome.name;
+fn explain(checked: &Checked, out: &Path) -> anyhow::Result<()> {
+    let (name, outcome) = (&checked.outcome.name, &checked.outcome);
     match (&outcome.check, &outcome.picture) {
         (Err(error), _) => eprintln!("{name}: {error:#}"),
         (Ok(check), Some(picture)) if check.verdict == GoldenVerdict::Different => {
             let new = out.join(format!("{name}.exr"));
             exr::write(picture, &new)?;
+            let html = out.join(format!("{name}.html"));
             eprintln!(
-                "{name}: look with   photolathe compare {} {} --html {}\n{name}: if it is right   photolathe golden accept {name} --reason \"...\"",
+                "{name}: look with   photolathe compare {} {} --html {}",
                 new.display(),
-                directory.join(format!("{name}.exr")).display(),
-                out.join(format!("{name}.html")).display(),
+                checked.directory.join(format!("{name}.exr")).display(),
+                html.display(),
             );
+            match checked.accept_command() {
+                Some(command) => eprintln!("{name}: if the new one is right   {command}"),
+                None => eprintln!("{name}: {}", golden::page::INDEPENDENT),
+            }
         }
         _ => {}
     }

@@ -9,6 +9,7 @@ pub mod golden;
 pub mod inspect;
 pub mod intersect;
 pub mod render;
+pub mod report;
 mod resources;
 mod table;
 pub mod verify;
@@ -51,6 +52,8 @@ enum Command {
     Compare(compare::Args),
     /// Run the experiments and show what was predicted and what was measured.
     Verify(verify::VerifyArgs),
+    /// Join the results of shards into one page, or set two runs side by side.
+    Report(report::ReportArgs),
     /// Check or accept golden pictures.
     Golden(golden::GoldenArgs),
 }
@@ -65,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::run(args),
         Command::Verify(args) => verify::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Golden(args) => golden::run(&args),
     };
     result.unwrap_or_else(|error| {

@@ -1,7 +1,7 @@
 //! Tables for the terminal.
 
 use crate::lab::claim::Claim;
-use crate::lab::page::number;
+use crate::lab::page::ascii_number;
 use crate::lab::report::{duration, urgency};
 
 /// Lines up columns; the first ones to the left, numbers should come formatted.
@@ -50,20 +50,16 @@ fn row(claim: &Claim, seconds: f64) -> Vec<String> {
     vec![
         claim.verdict.word().to_owned(),
         format!("{}/{}", claim.experiment, claim.claim),
-        plain(claim.predicted),
-        plain(claim.measured),
-        format!("{} .. {}", plain(claim.ci_low), plain(claim.ci_high)),
-        plain(claim.detectable),
+        ascii_number(claim.predicted),
+        ascii_number(claim.measured),
+        format!(
+            "{} .. {}",
+            ascii_number(claim.ci_low),
+            ascii_number(claim.ci_high)
+        ),
+        ascii_number(claim.detectable),
         duration(seconds),
     ]
-}
-
-/// A number in ASCII.
-fn plain(x: f64) -> String {
-    number(x)
-        .replace('−', "-")
-        .replace('∞', "inf")
-        .replace('–', "-")
 }
 
 #[cfg(test)]

@@ -76,10 +76,11 @@ pub fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         seed: args.seed,
         command: command(args),
         seconds: start.elapsed().as_secs_f64(),
-        machine: Machine::here(),
+        machines: vec![Machine::here()],
         other_claims,
         pictures: pictures.unwrap_or_default(),
         sections,
+        against: None,
     };
     trouble.extend(
         report
@@ -91,13 +92,9 @@ pub fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn finish(args: &VerifyArgs, report: &Report, trouble: &[String]) -> anyhow::Result<ExitCode> {
-    let claims = report.claims();
-    let mut stdout = std::io::stdout().lock();
-    write!(stdout, "{}", super::table::claims(&claims))?;
     let page = args.out.join("index.html");
-    write_atomically(&page, report.html()?.as_bytes())?;
-    let plain: Vec<Claim> = claims.into_iter().map(|(claim, _)| claim.clone()).collect();
-    write_atomically(&args.out.join("claims.json"), &claims_json(&plain)?)?;
+    let plain = write_page(report, &page)?;
+    let mut stdout = std::io::stdout().lock();
     writeln!(
         stdout,
         "\n{} {}\n{}",
@@ -115,7 +112,17 @@ fn finish(args: &VerifyArgs, report: &Report, trouble: &[String]) -> anyhow::Res
     }
 }
 
-fn chosen(only: &[String]) -> anyhow::Result<Vec<&'static Experiment>> {
+/// Prints the claims, writes the page and claims.json beside it, and gives the claims.
+pub(super) fn write_page(report: &Report, page: &Path) -> anyhow::Result<Vec<Claim>> {
+    let claims = report.claims();
+    write!(std::io::stdout(), "{}", super::table::claims(&claims))?;
+    write_atomically(page, report.html()?.as_bytes())?;
+    let plain: Vec<Claim> = claims.into_iter().map(|(claim, _)| claim.clone()).collect();
+    write_atomically(&page.with_file_name("claims.json"), &claims_json(&plain)?)?;
+    Ok(plain)
+}
+
+pub(super) fn chosen(only: &[String]) -> anyhow::Result<Vec<&'static Experiment>> {
     let known = || experiments::ALL.iter();
     for name in only {
         if !known().any(|experiment| experiment.name == name) {
@@ -194,7 +201,11 @@ fn goldens(effort: Effort) -> Vec<(Claim, f64)> {
     });
     let wrong = wrong.count() as u64;
     let seconds = outcomes.iter().map(|outcome| outcome.seconds).sum();
-    progress.end(&format!("{} of {} differ", wrong, outcomes.len()));
+    progress.end(&format!(
+        "{} of {} different or broken",
+        wrong,
+        outcomes.len()
+    ));
     let subject = Subject {
         experiment: "golden",
         claim: "unchanged",

@@ -1,5 +1,8 @@
 //! Claims: what was predicted, what was measured, and the verdict.
 //!
+//! A claim about an estimate gets two looks: where the first rejects at [`FIRST_LOOK`], the lab runs the experiment again with fresh
+//! random numbers and that decides, at [`SECOND_LOOK`]. A single look rejects at [`CLAIM_LEVEL`].
+//!
 //! Three kinds. *Exact*: a count of failures that must be 0. *Null*: a value without bias, tested at [`CLAIM_LEVEL`] and, with
 //! a margin, proved equivalent by two one-sided tests (Schuirmann 1987) at [`PROOF_LEVEL`]. *Law*: a slope or constant of a fit,
 //! with the precision that it must be known to. A claim names the least effort that decides it: below, its verdict is "not
@@ -13,6 +16,11 @@ use serde::{Deserialize, Serialize};
 pub const FAMILY_LEVEL: f64 = 1e-6;
 /// Level of one claim: the family's, shared by at most a hundred claims (Bonferroni).
 pub const CLAIM_LEVEL: f64 = FAMILY_LEVEL / 100.0;
+/// Level at which the first look at a claim raises doubt.
+pub const FIRST_LOOK: f64 = 1e-3;
+/// Level at which a second look, with fresh random numbers, rejects: what the first leaves of [`CLAIM_LEVEL`], as a false alarm
+/// needs both.
+pub const SECOND_LOOK: f64 = CLAIM_LEVEL / FIRST_LOOK;
 /// Level of each one-sided test of an equivalence: the rate of false *proofs*.
 pub const PROOF_LEVEL: f64 = 0.01;
 /// Confidence of the intervals shown.
@@ -47,6 +55,18 @@ impl Verdict {
     }
 }
 
+/// How far a measurement is from its prediction (or margin), for the two looks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Doubt {
+    /// Not beyond [`FIRST_LOOK`], or no statistics: counts, ranges, claims that are not run.
+    #[default]
+    None,
+    /// Beyond [`FIRST_LOOK`]: fresh random numbers decide.
+    First,
+    /// Beyond [`SECOND_LOOK`] too.
+    Second,
+}
+
 /// One checked statement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
@@ -72,6 +92,9 @@ pub struct Claim {
     pub effort: Effort,
     /// The verdict.
     pub verdict: Verdict,
+    /// Whether the measurement asks for a second look.
+    #[serde(skip)]
+    pub doubt: Doubt,
 }
 
 /// What a claim is about, and when it is decided.
@@ -110,6 +133,17 @@ impl Estimate {
         }
         // Student's law with a million degrees is the normal law to seven digits.
         student_quantile(1.0 - 0.5 * tails, self.freedom.min(1e6)) * self.standard_error
+    }
+
+    /// Doubt about a value that is this far from where it may be.
+    fn doubt(&self, excess: f64) -> Doubt {
+        if excess > self.half_width(SECOND_LOOK) {
+            Doubt::Second
+        } else if excess > self.half_width(FIRST_LOOK) {
+            Doubt::First
+        } else {
+            Doubt::None
+        }
     }
 
     /// Deviation that a two-sided test at `level` sees with the power that claims state.
@@ -155,7 +189,9 @@ impl Claim {
         } else {
             Verdict::Pass
         };
-        subject.estimated(&estimate, predicted, detectable, verdict)
+        subject
+            .estimated(&estimate, predicted, detectable, verdict)
+            .doubted(estimate.doubt(deviation))
     }
 
     /// Null with a margin: the expectation lies within `margin` of the prediction. Passes if two one-sided tests at
@@ -171,7 +207,9 @@ impl Claim {
         } else {
             Verdict::Inconclusive
         };
-        subject.estimated(&estimate, predicted, margin, verdict)
+        subject
+            .estimated(&estimate, predicted, margin, verdict)
+            .doubted(estimate.doubt(deviation - margin))
     }
 
     /// Range: a value with an interval (say, of a rate) lies in `low..=high`. Passes if the interval is inside, fails if it is
@@ -206,12 +244,32 @@ impl Claim {
         } else {
             Verdict::Inconclusive
         };
-        subject.estimated(
-            &estimate,
-            predicted,
-            estimate.detectable(CLAIM_LEVEL),
-            verdict,
-        )
+        let detectable = estimate.detectable(CLAIM_LEVEL);
+        subject
+            .estimated(&estimate, predicted, detectable, verdict)
+            .doubted(estimate.doubt(deviation))
+    }
+
+    fn doubted(mut self, doubt: Doubt) -> Self {
+        if self.verdict != Verdict::NotRun {
+            self.doubt = doubt;
+        }
+        self
+    }
+
+    /// What holds after a second look: the measurement of fresh random numbers, which fails beyond [`SECOND_LOOK`]; without one,
+    /// what the first look alone says at [`CLAIM_LEVEL`]. The statement says which.
+    #[must_use]
+    pub fn looked_at_again(&self, second: Option<&Self>) -> Self {
+        let mut claim = second.unwrap_or(self).clone();
+        claim.statement += match second {
+            Some(_) => " (Second look: fresh random numbers, as the first rejected at .001.)",
+            None => " (The first look rejected at .001, and there was no second.)",
+        };
+        if second.is_some_and(|second| second.doubt == Doubt::Second) {
+            claim.verdict = Verdict::Fail;
+        }
+        claim
     }
 
     /// Whether the claim makes the run fail: it failed, or its effort should have decided it.
@@ -261,6 +319,7 @@ impl Subject<'_> {
             } else {
                 verdict
             },
+            doubt: Doubt::None,
         }
     }
 }

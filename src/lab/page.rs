@@ -40,6 +40,14 @@ pub fn number(x: f64) -> String {
     }
 }
 
+/// The same in ASCII, for terminals.
+pub fn ascii_number(x: f64) -> String {
+    number(x)
+        .replace('−', "-")
+        .replace('∞', "inf")
+        .replace('–', "-")
+}
+
 /// What the page of `compare` shows.
 #[derive(Clone, Debug, Serialize)]
 pub struct ComparisonPage<'a> {
@@ -78,7 +86,8 @@ pub fn comparison(page: &ComparisonPage) -> Result<String, minijinja::Error> {
     let c = page.comparison;
     let mut rows = Vec::new();
     let mut row = |name, values: &[f64], note| {
-        let texts = values.iter().map(|&x| number(x)).collect();
+        let mut texts: Vec<String> = values.iter().map(|&x| number(x)).collect();
+        texts.resize(3, String::new());
         rows.push(Row { name, texts, note });
     };
     row("mse", &[c.mse], "mean of (a − b)²");

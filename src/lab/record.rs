@@ -130,6 +130,22 @@ impl Records {
     }
 }
 
+/// Every record that can be read below OUT for an experiment, of whatever effort, seed and program, in the order of file names.
+pub(super) fn read_all(out: &Path, experiment: &Experiment) -> Vec<Record> {
+    let directory = out.join(format!("{}.records", experiment.name));
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "json"))
+        .collect();
+    files.sort();
+    let read = |file: &PathBuf| serde_json::from_slice(&std::fs::read(file).ok()?).ok();
+    let records = files.iter().filter_map(read);
+    records
+        .filter(|record: &Record| record.key.schema == SCHEMA)
+        .collect()
+}
+
 /// Fingerprint of the sources, and whether the build has debug assertions (which changes times).
 fn source() -> String {
     let build = if cfg!(debug_assertions) {

@@ -1,4 +1,4 @@
-//! The page of `verify`: claims with failures on top, then each experiment with its question, plots and table.
+//! The page of `verify` and `report`: claims with failures on top, then each experiment with its question, plots and table.
 
 use super::claim::{Claim, Verdict};
 use super::experiment::{Effort, Experiment, Value};
@@ -6,6 +6,7 @@ use super::machine::Machine;
 use super::page::{fill, number};
 use super::runner::Finished;
 use super::svg;
+use super::versus::Versus;
 use serde::Serialize;
 
 /// Rows of a table shown at once; the CSV beside the page has all.
@@ -48,14 +49,16 @@ pub struct Report<'a> {
     pub command: String,
     /// Seconds of the whole.
     pub seconds: f64,
-    /// The machine and the program.
-    pub machine: Machine,
+    /// The machines and the programs: more than one where shards were joined.
+    pub machines: Vec<Machine>,
     /// Claims that stand beside the experiments', with their seconds.
     pub other_claims: Vec<(Claim, f64)>,
     /// Pictures.
     pub pictures: Vec<Shown>,
     /// Experiments.
     pub sections: Vec<Section<'a>>,
+    /// Another run to set beside this one.
+    pub against: Option<Versus>,
 }
 
 impl Report<'_> {
@@ -117,7 +120,8 @@ impl Report<'_> {
             seed: self.seed,
             command: &self.command,
             seconds: duration(self.seconds),
-            machine: &self.machine,
+            machines: &self.machines,
+            against: self.against.as_ref(),
             summary: self.summary(),
             claims,
             pictures: &self.pictures,
@@ -153,7 +157,8 @@ struct View<'a> {
     seed: u64,
     command: &'a str,
     seconds: String,
-    machine: &'a Machine,
+    machines: &'a [Machine],
+    against: Option<&'a Versus>,
     summary: String,
     claims: Vec<ClaimView>,
     pictures: &'a [Shown],

@@ -3,7 +3,7 @@
 //! A run's random numbers are keyed by the seed, the experiment and the run's name, and the table is put together from the
 //! records in the order of the plan: threads, shards, order and interruptions change no byte of it, times aside.
 
-use super::claim::Claim;
+use super::claim::{Claim, Doubt};
 use super::experiment::{Conclusion, Effort, Experiment, Run, Table};
 use super::machine::Machine;
 use super::record::{Record, Records};
@@ -12,7 +12,7 @@ use crate::numeric::rng::mix;
 use anyhow::{Context as _, bail, ensure};
 use std::collections::BTreeSet;
 use std::panic::resume_unwind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -80,9 +80,38 @@ pub struct Finished {
     pub seconds: f64,
 }
 
+/// Directory, below that of the results, of second looks.
+pub const SECOND: &str = "second";
+
+/// The seed of the second look at an experiment.
+pub fn second_seed(seed: u64) -> u64 {
+    // Any fixed word: it keeps the two looks apart.
+    mix(&[seed, 0x5ec0_0d10])
+}
+
 /// Runs what is not yet done of (a shard of) an experiment and writes OUT/NAME.csv and, when all runs are there,
-/// OUT/NAME.claims.json. `watch` hears the number of runs done and to do, from any thread.
+/// OUT/NAME.claims.json. If a claim is in doubt, all is run again with a fresh seed in OUT/second, and that decides. `watch` hears the number of runs done and to do, from any thread.
 pub fn run_experiment(
+    experiment: &Experiment,
+    options: &RunOptions,
+    watch: &(dyn Fn(usize, usize) + Sync),
+) -> anyhow::Result<Finished> {
+    let mut finished = run_once(experiment, options, watch)?;
+    if finished.in_doubt() {
+        let again = RunOptions {
+            seed: second_seed(options.seed),
+            out: options.out.join(SECOND),
+            shard: Shard::WHOLE,
+            ..options.clone()
+        };
+        let again = run_once(experiment, &again, watch)?;
+        finished.look_again(Some(&again));
+        finished.write(experiment, &options.out)?;
+    }
+    Ok(finished)
+}
+
+fn run_once(
     experiment: &Experiment,
     options: &RunOptions,
     watch: &(dyn Fn(usize, usize) + Sync),
@@ -97,34 +126,69 @@ pub fn run_experiment(
         .map(|(_, run)| run)
         .partition(|run| records.find(run).is_some());
     execute(experiment, options, &records, &to_do, watch)?;
-    let found: Vec<Option<Record>> = plan.iter().map(|run| records.find(run)).collect();
-    let missing = found.iter().filter(|record| record.is_none()).count();
-    let found: Vec<Record> = found.into_iter().flatten().collect();
-    let table = Table {
-        columns: experiment
-            .columns
-            .iter()
-            .map(|&name| name.to_owned())
-            .collect(),
-        rows: found
-            .iter()
-            .flat_map(|record| record.rows.clone())
-            .collect(),
-    };
-    let path = |ending: &str| options.out.join(format!("{}.{ending}", experiment.name));
-    write_atomically(&path("csv"), &table.to_csv())?;
-    let mut conclusion = Conclusion::default();
-    if missing == 0 {
-        conclusion = (experiment.conclude)(&table, options.effort);
-        write_atomically(&path("claims.json"), &claims_json(&conclusion.claims)?)?;
+    let found = plan.iter().map(|run| records.find(run)).collect();
+    let mut finished = Finished::of(experiment, options.effort, found);
+    finished.reused = done.len();
+    finished.write(experiment, &options.out)?;
+    Ok(finished)
+}
+
+impl Finished {
+    /// The table of the records of a plan, in its order, and, if none is absent, what the experiment concludes.
+    pub(super) fn of(experiment: &Experiment, effort: Effort, found: Vec<Option<Record>>) -> Self {
+        let missing = found.iter().filter(|record| record.is_none()).count();
+        let found: Vec<Record> = found.into_iter().flatten().collect();
+        let seconds = found.iter().map(|record| record.seconds).sum();
+        let table = Table {
+            columns: experiment
+                .columns
+                .iter()
+                .map(|&name| name.to_owned())
+                .collect(),
+            rows: found.into_iter().flat_map(|record| record.rows).collect(),
+        };
+        let conclusion = match missing {
+            0 => (experiment.conclude)(&table, effort),
+            _ => Conclusion::default(),
+        };
+        Self {
+            table,
+            conclusion,
+            missing,
+            reused: 0,
+            seconds,
+        }
     }
-    Ok(Finished {
-        table,
-        conclusion,
-        missing,
-        reused: done.len(),
-        seconds: found.iter().map(|record| record.seconds).sum(),
-    })
+
+    /// Whether a claim asks for a second look.
+    pub(super) fn in_doubt(&self) -> bool {
+        let claims = &self.conclusion.claims;
+        claims.iter().any(|claim| claim.doubt != Doubt::None)
+    }
+
+    /// Takes the claims in doubt from a second look, if there was one. Table and plots stay those of the first.
+    pub(super) fn look_again(&mut self, again: Option<&Self>) {
+        for claim in &mut self.conclusion.claims {
+            if claim.doubt != Doubt::None {
+                let second = again.and_then(|again| {
+                    let claims = &again.conclusion.claims;
+                    claims.iter().find(|other| other.claim == claim.claim)
+                });
+                *claim = claim.looked_at_again(second);
+            }
+        }
+        self.seconds += again.map_or(0.0, |again| again.seconds);
+    }
+
+    /// Writes OUT/NAME.csv and, when all runs are there, OUT/NAME.claims.json.
+    pub fn write(&self, experiment: &Experiment, out: &Path) -> anyhow::Result<()> {
+        let path = |ending: &str| out.join(format!("{}.{ending}", experiment.name));
+        write_atomically(&path("csv"), &self.table.to_csv())?;
+        if self.missing == 0 {
+            write_atomically(&path("claims.json"), &claims_json(&self.conclusion.claims)?)?;
+        }
+        Ok(())
+    }
 }
 
 /// Claims as a JSON array, one per line.

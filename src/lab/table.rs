@@ -106,6 +106,19 @@ pub fn is_time_column(name: &str) -> bool {
         || name.starts_with("ns_per_")
 }
 
+/// Whether two rows of these columns are equal, times aside; numbers by their bits.
+pub fn same_row(columns: &[impl AsRef<str>], a: &[Value], b: &[Value]) -> bool {
+    let same = |a: &Value, b: &Value| match (a, b) {
+        (Value::Number(a), Value::Number(b)) => a.to_bits() == b.to_bits(),
+        _ => a == b,
+    };
+    let cells = columns.iter().zip(a.iter().zip(b));
+    a.len() == b.len()
+        && cells
+            .filter(|(name, _)| !is_time_column(name.as_ref()))
+            .all(|(_, (a, b))| same(a, b))
+}
+
 /// The rows of all runs, in the order of the plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {

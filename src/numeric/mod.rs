@@ -1,5 +1,6 @@
 //! Numbers without pictures: keyed random numbers, polynomials, exact arithmetic, statistics, work counters.
 
+pub mod clock;
 pub mod exact;
 pub mod polynomial;
 pub mod rng;

@@ -2,7 +2,7 @@
 //! exact mirrors and dielectrics, no light scattered diffusely more than once.
 //!
 //! At a dielectric both branches are followed while they matter; below that, Russian roulette keeps the mean. Area lights are
-//! sampled in up to [`LIGHT_GRID`]² strata. The path hash covers the part without chance, so it has no noise.
+//! sampled in up to 16 strata. The path hash covers the part without chance, so it has no noise.
 
 use super::antialias::{CENTER, Event, GRID, Met, PathHash, mask};
 use super::film::Film;

@@ -10,7 +10,7 @@
 //!
 //! where R2, H2, H are the Bernstein coefficients of r², h², h (van Wijk 1984; Toth 1985 for the use of sign certainty). The sign
 //! changes of fᵢ bound the number of roots; subdivision isolates them, bracketed Newton steps on the factored f refine them.
-//! Near-perpendicular rays make f almost a square, whose two roots drown in rounding: [`level`] solves them by branches.
+//! Near-perpendicular rays make f almost a square, whose two roots drown in rounding: the module `level` solves them by branches.
 //! Flat pieces reduce to r(u)² = ρ² at the known t.
 //!
 //! **What is certain.** Every decision (is there a root, is it in the range) compares a value with a bound of its rounding error.
@@ -19,6 +19,7 @@
 //! along a generator of a cone or inside a cylinder's wall does not hit that piece; pieces on the axis are not surfaces.
 
 mod isolate;
+mod joint;
 mod level;
 mod line;
 
@@ -29,6 +30,7 @@ use super::super::ray::Ray;
 use crate::numeric::polynomial::{cubic, cubic_extrema, elevate, product};
 use crate::numeric::work::Work;
 use isolate::{Bracket, isolate, refine};
+use joint::isolate_at_joint;
 use line::Line;
 
 /// The f64 solver cannot tell hit from miss, or one side of the range's end from the other.
@@ -266,44 +268,18 @@ impl Line {
         if self.is_level() {
             return Err(Undecided);
         }
-        let mut c = self.coefficients(piece);
-        if c[0].abs() <= self.error || c[6].abs() <= self.error {
-            self.settle_ends(pieces, piece, &mut c)?;
-        }
-        isolate(&c, self.error, &mut |bracket: Bracket| {
+        let c = self.coefficients(piece);
+        let mut report = |bracket: Bracket| {
             let u = refine(&bracket, steps, |u| self.value(piece, u));
             found(self.root_at(piece, u))
-        })
-    }
-
-    /// A root within rounding of a joint belongs to one of two pieces, and either answer is as good.
-    ///
-    /// Both pieces compute the value at the joint from the same numbers, so its computed sign, right or wrong, gives the root to
-    /// exactly one of them, provided that f runs through the joint: its slopes on both sides have the same certain sign. Where it
-    /// turns back, or where the profile ends, the sign matters.
-    #[cold]
-    fn settle_ends(
-        &self,
-        pieces: &[PreparedPiece],
-        piece: &PreparedPiece,
-        c: &mut Padded,
-    ) -> Result<(), Undecided> {
-        for (side, end, inner) in [(0, 0, 1), (1, 6, 5)] {
-            if c[end].abs() > self.error {
-                continue;
-            }
-            let neighbour = piece.neighbours[side].map(|place| &pieces[place]);
-            let neighbour = neighbour.filter(|piece| !piece.flat).ok_or(Undecided)?;
-            let beyond = self.coefficients(neighbour)[6 - inner];
-            let through = c[inner] > self.error && beyond < -self.error
-                || c[inner] < -self.error && beyond > self.error;
-            if !through {
-                return Err(Undecided);
-            }
-            c[end] = (2.0 * self.error).copysign(c[end] + 0.0);
+        };
+        if c[0].abs() <= self.error || c[6].abs() <= self.error {
+            return isolate_at_joint(&c, self.error, &mut report, |side| {
+                let neighbour = &pieces[piece.neighbours[side]?];
+                (!neighbour.flat).then(|| self.coefficients(neighbour))
+            });
         }
-        c[7] = c[6];
-        Ok(())
+        isolate(&c, self.error, &mut report)
     }
 
     /// A flat piece: t is known, and r² = |o + t d|² in the plane remains. A ray in the plane has no hit.

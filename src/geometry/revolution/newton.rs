@@ -260,7 +260,7 @@ impl<'a> Search<'a> {
 }
 
 /// The sequence of starts (height, u) of one piece; a longer sequence begins with the shorter one.
-struct Starts<'a> {
+pub(crate) struct Starts<'a> {
     piece: &'a Piece,
     policy: StartPolicy,
     stream: Stream,
@@ -271,7 +271,8 @@ struct Starts<'a> {
 }
 
 impl<'a> Starts<'a> {
-    fn new(piece: &'a Piece, policy: StartPolicy, mut stream: Stream) -> Self {
+    /// The sequence that `stream` keys.
+    pub(crate) fn new(piece: &'a Piece, policy: StartPolicy, mut stream: Stream) -> Self {
         let even = match policy {
             StartPolicy::Stratified => stream.uniform2(),
             StartPolicy::RandomU | StartPolicy::SolveHeight => [0.0; 2],
@@ -291,7 +292,8 @@ impl<'a> Starts<'a> {
         }
     }
 
-    fn next(&mut self) -> [f64; 2] {
+    /// The next start.
+    pub(crate) fn next(&mut self) -> [f64; 2] {
         let (low, high) = self.range;
         match self.policy {
             StartPolicy::RandomU => [self.stream.range(low, high), self.stream.uniform()],

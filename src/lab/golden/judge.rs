@@ -41,8 +41,12 @@ impl GoldenVerdict {
 pub struct Check {
     /// The verdict.
     pub verdict: GoldenVerdict,
-    /// p of "no difference" over the whole picture and all blocks; 1 if identical, 0 if nothing is random.
+    /// p of "no difference" over the two families of tests, corrected for both; 1 if identical, 0 if nothing is random.
     pub p: f64,
+    /// p of the picture's mean, corrected for the channels; as `p` where no statistics were made.
+    pub p_mean: f64,
+    /// p of the blocks, corrected for their number; as `p` where no statistics were made.
+    pub p_blocks: f64,
     /// Smallest relative change of the picture's mean that would have been called different with 90 % probability.
     pub detectable: f64,
     /// Largest difference of a value.
@@ -75,17 +79,20 @@ pub fn judge(
         return Ok(Check {
             verdict: GoldenVerdict::Identical,
             p: 1.0,
+            p_mean: 1.0,
+            p_blocks: 1.0,
             detectable: 0.0,
             max,
         });
     }
     let random =
         !deterministic && new.variance.is_some() && golden.variance.is_some() && max.is_finite();
-    let (p, detectable) = if random {
+    let (p_mean, p_blocks, detectable) = if random {
         statistics(new, golden, margin)
     } else {
-        (0.0, 0.0)
+        (0.0, 0.0, 0.0)
     };
+    let p = holm_smallest(&[p_blocks, p_mean]);
     let verdict = if p >= LEVEL {
         GoldenVerdict::Equivalent
     } else {
@@ -94,13 +101,15 @@ pub fn judge(
     Ok(Check {
         verdict,
         p,
+        p_mean,
+        p_blocks,
         detectable,
         max,
     })
 }
 
-/// p over both families, and the detectable relative change of the mean.
-fn statistics(new: &Picture, golden: &Picture, margin: f64) -> (f64, f64) {
+/// p of the mean, p of the blocks, and the detectable relative change of the mean.
+fn statistics(new: &Picture, golden: &Picture, margin: f64) -> (f64, f64, f64) {
     let pairs: Vec<(Block, Block)> = blocks(new, BLOCK)
         .into_iter()
         .zip(blocks(golden, BLOCK))
@@ -133,8 +142,7 @@ fn statistics(new: &Picture, golden: &Picture, margin: f64) -> (f64, f64) {
         let reach = student_quantile(1.0 - LEVEL / 12.0, test.freedom) + normal_quantile(0.9);
         detectable = detectable.max((slack + reach * error) / mean.abs().max(f64::MIN_POSITIVE));
     }
-    let p = holm_smallest(&[by_block, holm_smallest(&by_mean)]);
-    (p, detectable)
+    (holm_smallest(&by_mean), by_block, detectable)
 }
 
 /// How far a difference is beyond a margin.

@@ -6,6 +6,7 @@
 //! another renderer) and is never accepted from our own output.
 
 mod judge;
+pub mod page;
 
 pub use judge::{Check, GoldenVerdict, LEVEL, judge};
 
@@ -59,8 +60,12 @@ pub struct Outcome {
     pub component: String,
     /// What was found, or why nothing could be.
     pub check: anyhow::Result<Check>,
+    /// What it is a picture of: its .toml, if that can be read.
+    pub golden: Option<Golden>,
     /// The new picture, if it could be rendered.
     pub picture: Option<Picture>,
+    /// The accepted picture, if it could be read and is the one that was accepted.
+    pub stored: Option<Picture>,
     /// Seconds.
     pub seconds: f64,
 }
@@ -93,7 +98,9 @@ pub fn check(directory: &Path, name: &str) -> Outcome {
         name: name.to_owned(),
         component: String::new(),
         check: Err(anyhow::anyhow!("not checked")),
+        golden: None,
         picture: None,
+        stored: None,
         seconds: 0.0,
     };
     outcome.check = fill(directory, name, &mut outcome);
@@ -102,7 +109,7 @@ pub fn check(directory: &Path, name: &str) -> Outcome {
 }
 
 fn fill(directory: &Path, name: &str, outcome: &mut Outcome) -> anyhow::Result<Check> {
-    let golden = read(directory, name)?;
+    let golden = outcome.golden.insert(read(directory, name)?).clone();
     outcome.component.clone_from(&golden.component);
     let path = directory.join(format!("{name}.exr"));
     let digest = golden
@@ -112,25 +119,32 @@ fn fill(directory: &Path, name: &str, outcome: &mut Outcome) -> anyhow::Result<C
     let stored = exr::read(&path)?;
     ensure!(
         stored.digest() == digest,
-        "{} is not the picture that was accepted",
-        path.display()
+        "{} is not the picture that was accepted: its digest is {}",
+        path.display(),
+        stored.digest()
     );
+    let stored = outcome.stored.insert(stored);
     let (picture, integrator) = draw(directory, &golden)?;
     let picture = outcome.picture.insert(picture);
     Ok(judge(
         picture,
-        &stored,
+        stored,
         integrator == Integrator::Whitted,
         golden.margin,
     )?)
 }
 
+/// Whether a directory holds independent truth, which is never accepted from our own output.
+pub fn is_independent(directory: &Path) -> bool {
+    directory
+        .file_name()
+        .is_some_and(|folder| folder == REFERENCE)
+}
+
 /// Renders a golden and stores it with the reason. Refused in a directory of independent truth.
 pub fn accept(directory: &Path, name: &str, reason: &str) -> anyhow::Result<String> {
     ensure!(
-        directory
-            .file_name()
-            .is_none_or(|folder| folder != REFERENCE),
+        !is_independent(directory),
         "{name} is in {}: independent truth is never accepted from our own output",
         directory.display()
     );

@@ -5,11 +5,11 @@ use crate::numeric::polynomial::split;
 
 /// An interval that holds exactly one root, a simple one, with a guess of it.
 pub(super) struct Bracket {
-    low: f64,
-    high: f64,
-    guess: f64,
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) guess: f64,
     /// Whether the polynomial is positive at `low`.
-    falls: bool,
+    pub(super) falls: bool,
 }
 
 const ALL: u32 = 0x7f;
@@ -30,10 +30,21 @@ pub(super) fn isolate(
         return Ok(());
     }
     let [c @ .., _] = *c;
+    isolate_between(c, [0.0, 1.0], error, found)
+}
+
+/// As [`isolate`], for the part of the piece between two parameters.
+#[inline]
+pub(super) fn isolate_between(
+    c: [f64; 7],
+    [low, high]: [f64; 2],
+    error: f64,
+    found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
+) -> Result<(), Undecided> {
     let node = Node {
         c,
-        low: 0.0,
-        high: 1.0,
+        low,
+        high,
         error,
         depth: 0,
     };
@@ -167,6 +178,9 @@ fn classify(
 /// it again, as often as it takes.
 const SHORT: f64 = 1e-7;
 
+/// And it must be this much shorter than the one before: near a close pair of roots the steps only halve.
+const QUADRATIC: f64 = 0.05;
+
 /// Steps after which every second one is a bisection, so that the search ends whatever the polynomial.
 const PATIENCE: u32 = 10;
 
@@ -175,6 +189,7 @@ const PATIENCE: u32 = 10;
 pub(super) fn refine(bracket: &Bracket, steps: &mut u64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let (mut low, mut high) = (bracket.low, bracket.high);
     let mut u = bracket.guess;
+    let mut last = 1.0;
     for step in 0..120 {
         *steps += 1;
         let (value, slope) = f(u);
@@ -187,10 +202,11 @@ pub(super) fn refine(bracket: &Bracket, steps: &mut u64, f: impl Fn(f64) -> (f64
         let patient = step < PATIENCE || step % 2 == 0;
         // A short bisection step says nothing of convergence: only a Newton step may end the search.
         if patient && next >= low && next <= high {
-            if (next - u).abs() < SHORT {
+            let change = (next - u).abs();
+            if change < SHORT && (change < QUADRATIC * last || change < f64::EPSILON) {
                 return next;
             }
-            u = next;
+            (u, last) = (next, change);
         } else {
             u = 0.5 * (low + high);
             let width = high - low;

@@ -37,7 +37,8 @@ mirror = { reflectance = [0.06, 0.05, 0.02] }
 [material.rug]
 diffuse = { texture = 'MATERIALS/waves.png', repeat = [1, 2] }
 [material.clay]
-diffuse = { reflectance = [0.7, 0.5, 0.4] }
+diffuse = { reflectance = [0.6, 0.5, 0.4] }
+mirror = { reflectance = [0.2, 0.3, 0.2] }
 [material.chrome]
 mirror = { reflectance = [0.9, 0.8, 0.7] }
 

@@ -185,7 +185,7 @@ impl Writer<'_> {
         {
             // Measured with 3.9.1 in the furnace: emitter or BSDF sampling alone give 1.5, both together 1.51.
             self.export.note(format!(
-                "{}: Mitsuba 3.9 makes the light of a ball that shines inward about 2 % too bright",
+                "{}: Mitsuba 3.9 counts the reflected light of a ball that shines inward about 2 % too high",
                 object.name
             ));
         }

@@ -1,7 +1,7 @@
 //! Joined shards and killed sweeps give the table of an unbroken run; two runs are told apart where they differ.
 
 use photolathe::lab::claim::{Claim, Estimate, Subject, Verdict};
-use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
+use photolathe::lab::experiment::{Conclusion, Cost, Effort, Experiment, Outcome, Run};
 use photolathe::lab::join::{Choice, Side, join};
 use photolathe::lab::runner::{RunOptions, Shard, run_experiment};
 use photolathe::lab::versus::{Agreement, agreement, pairs};
@@ -22,6 +22,12 @@ const TOY: Experiment = Experiment {
     method: "One number a run.",
     columns: &["index", "value", "render_s"],
     timed: false,
+    cost: Cost {
+        smoke: 1.0,
+        standard: 10.0,
+        full: 100.0,
+        source: "made up",
+    },
     plan: |_| (0..RUNS).map(|i| Run::new([("index", i.into())])).collect(),
     execute: |run, _, seed| {
         let start = Instant::now();
@@ -40,7 +46,7 @@ const TOY: Experiment = Experiment {
         let claim = Claim::null(subject(effort), estimate(mean, 0.037), 0.5, 1.0);
         Conclusion {
             claims: vec![claim],
-            plots: Vec::new(),
+            ..Conclusion::default()
         }
     },
 };
@@ -210,7 +216,7 @@ fn shifted(shift: fn(&Run, Effort, u64) -> anyhow::Result<Outcome>) -> Experimen
             };
             Conclusion {
                 claims: vec![Claim::null(subject(effort), estimate, 0.0, 10.0)],
-                plots: Vec::new(),
+                ..Conclusion::default()
             }
         },
         ..TOY

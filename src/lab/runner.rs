@@ -139,14 +139,7 @@ impl Finished {
         let missing = found.iter().filter(|record| record.is_none()).count();
         let found: Vec<Record> = found.into_iter().flatten().collect();
         let seconds = found.iter().map(|record| record.seconds).sum();
-        let table = Table {
-            columns: experiment
-                .columns
-                .iter()
-                .map(|&name| name.to_owned())
-                .collect(),
-            rows: found.into_iter().flat_map(|record| record.rows).collect(),
-        };
+        let table = experiment.table(found.into_iter().flat_map(|record| record.rows).collect());
         let conclusion = match missing {
             0 => (experiment.conclude)(&table, effort),
             _ => Conclusion::default(),

@@ -268,26 +268,20 @@ fn mark(area: &Area, (x, y): (i32, i32), series: usize, colour: RGBColor) -> Dra
 
 #[cfg(test)]
 mod tests {
-    use super::super::plot::{Axis, Scale};
+    use super::super::plot::Axis;
     use super::*;
 
     fn plot(points: Vec<(f64, f64)>) -> Plot {
-        let axis = |label: &str| Axis {
-            label: label.to_owned(),
-            scale: Scale::Log,
-        };
-        let series = |name: &str, predicted| Series {
-            name: name.to_owned(),
-            points: points.clone(),
-            intervals: points.iter().map(|p| (p.1 * 0.5, p.1 * 2.0)).collect(),
-            predicted,
-        };
-        Plot {
-            title: "Error falls with \"work\" & time".to_owned(),
-            x: axis("rays"),
-            y: axis("error (W)"),
-            series: vec![series("measured", false), series("theory", true)],
-        }
+        let intervals = points.iter().map(|p| (p.1 * 0.5, p.1 * 2.0));
+        Plot::new(
+            "Error falls with \"work\" & time",
+            Axis::log("rays"),
+            Axis::log("error (W)"),
+            [
+                Series::measured("measured", points.clone()).with_intervals(intervals),
+                Series::predicted("theory", points.clone()),
+            ],
+        )
     }
 
     #[test]
@@ -309,10 +303,8 @@ mod tests {
     #[test]
     fn predictions_share_the_colour_of_their_series_and_differ_in_dashes() {
         let one = |predicted| Series {
-            name: String::new(),
-            points: Vec::new(),
-            intervals: Vec::new(),
             predicted,
+            ..Series::measured("", [])
         };
         let looks = looks(&[one(true), one(false), one(true), one(true), one(false)]);
         assert_eq!(looks[0].colour, INK);

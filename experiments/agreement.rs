@@ -4,9 +4,7 @@ use crate::image::metrics::blocks;
 use crate::image::picture::Picture;
 use crate::lab::claim::{Claim, Estimate};
 use crate::lab::contrast::Contrast;
-use crate::lab::experiment::{
-    Conclusion, Cost, Effort, Experiment, Outcome, Run, Table, grid, values,
-};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::lab::rendering::render;
 use crate::numeric::statistics::{Moments, student_quantile};
@@ -91,12 +89,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "render_s",
     ],
     timed: false,
-    cost: Cost {
-        smoke: 5.0,
-        standard: 0.0,
-        full: 0.0,
-        source: "",
-    },
+    cpu_seconds: [23.5, 375.0, 6000.0],
     plan,
     execute,
     conclude,
@@ -136,24 +129,20 @@ fn plan(_: Effort) -> Vec<Run> {
 }
 
 /// Camera samples a pixel of `path`; passes of 100 000 photons of `ppm`.
-fn budget(effort: Effort) -> (u32, u32) {
-    match effort {
-        Effort::Smoke => (4, 4),
-        Effort::Standard => (64, 64),
-        Effort::Full => (1024, 1024),
-    }
+fn budget(effort: Effort) -> u32 {
+    effort.of([4, 64, 1024])
 }
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let (name, integrator) = (run.text("scene"), run.text("integrator"));
     let subject = SCENES.iter().find(|scene| scene.name == name);
     let subject = subject.ok_or_else(|| anyhow::anyhow!("no scene {name}"))?;
-    let (spp, passes) = budget(effort);
-    let spp = if integrator == "path" { spp } else { 4 };
+    let budget = budget(effort);
+    let spp = if integrator == "path" { budget } else { 4 };
     let sets = [
         ("render.integrator", integrator.into()),
         ("render.spp", spp.into()),
-        ("render.passes", passes.into()),
+        ("render.passes", budget.into()),
         ("render.photons", 100_000.into()),
         // The reference's own limit: without it the hourglass is 0.25 % brighter.
         ("render.max_depth", 15.into()),

@@ -1,9 +1,7 @@
 //! Do the renderers agree with the scenes whose radiance is known in closed form?
 
 use crate::lab::claim::{Claim, Estimate};
-use crate::lab::experiment::{
-    Conclusion, Cost, Effort, Experiment, Outcome, Run, Table, grid, values,
-};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
 use crate::lab::page::number;
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::lab::rendering::render;
@@ -40,12 +38,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "render_s",
     ],
     timed: false,
-    cost: Cost {
-        smoke: 5.0,
-        standard: 0.0,
-        full: 0.0,
-        source: "",
-    },
+    cpu_seconds: [21.5, 1400.0, 14000.0],
     plan,
     execute,
     conclude,
@@ -67,12 +60,12 @@ fn predicted(scene: &str, albedo: f64) -> f64 {
 }
 
 /// Camera samples a pixel of `path`, passes and photons a pass of `ppm`: standard errors of a tenth of the margin.
-fn budget(effort: Effort) -> (u32, u32, u32) {
-    match effort {
-        Effort::Smoke => (1_024, 8, 16_000),
-        Effort::Standard => (51_200, 80, 120_000),
-        Effort::Full => (512_000, 800, 120_000),
-    }
+fn budget(effort: Effort) -> [u32; 3] {
+    effort.of([
+        [1_024, 8, 16_000],
+        [51_200, 80, 120_000],
+        [512_000, 800, 120_000],
+    ])
 }
 
 fn margin(effort: Effort) -> f64 {
@@ -82,7 +75,7 @@ fn margin(effort: Effort) -> f64 {
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let (name, albedo) = (run.text("scene"), run.number("albedo"));
     let integrator = run.text("integrator");
-    let (spp, passes, photons) = budget(effort);
+    let [spp, passes, photons] = budget(effort);
     let spp = if integrator == "path" { spp } else { 1 };
     let sets = [
         ("film.width", SIDE.into()),

@@ -7,9 +7,7 @@ use crate::geometry::ray::Ray;
 use crate::geometry::revolution::newton::NewtonSettings;
 use crate::geometry::revolution::{Placement, Revolution, Solver};
 use crate::lab::claim::Claim;
-use crate::lab::experiment::{
-    Conclusion, Cost, Effort, Experiment, Outcome, Run, Table, grid, values,
-};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
@@ -39,12 +37,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "leaks",
     ],
     timed: false,
-    cost: Cost {
-        smoke: 5.0,
-        standard: 0.0,
-        full: 0.0,
-        source: "",
-    },
+    cpu_seconds: [2.0, 75.0, 1900.0],
     plan,
     execute,
     conclude,
@@ -82,14 +75,10 @@ fn plan(_effort: Effort) -> Vec<Run> {
 
 /// A Newton ray costs about 50 µs an offset, a Bernstein one 1 µs.
 fn rays(solver: &str, effort: Effort) -> u64 {
-    match (solver, effort) {
-        ("bernstein", Effort::Smoke) => 100_000,
-        ("bernstein", Effort::Standard) => 3_000_000,
-        ("bernstein", Effort::Full) => 30_000_000,
-        (_, Effort::Smoke) => 700,
-        (_, Effort::Standard) => 30_000,
-        (_, Effort::Full) => 1_000_000,
-    }
+    effort.of(match solver {
+        "bernstein" => [100_000, 3_000_000, 30_000_000],
+        _ => [700, 30_000, 1_000_000],
+    })
 }
 
 /// A point of the cup from which a ray leaves.
@@ -163,25 +152,13 @@ impl Departure {
 }
 
 /// One line of the table.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Count {
     offset: f64,
     ratio: f64,
     rays: u64,
     self_hits: u64,
     leaks: u64,
-}
-
-impl Count {
-    fn new(offset: f64, ratio: f64) -> Self {
-        Self {
-            offset,
-            ratio,
-            rays: 0,
-            self_hits: 0,
-            leaks: 0,
-        }
-    }
 }
 
 /// What a run is about.
@@ -216,12 +193,17 @@ impl Setting {
     }
 
     fn counts(&self) -> Vec<Count> {
-        let in_tolerances = |ratio: f64| Count::new(ratio * self.tolerance, ratio);
+        let count = |offset: f64, ratio: f64| Count {
+            offset,
+            ratio,
+            ..Count::default()
+        };
+        let in_tolerances = |ratio: f64| count(ratio * self.tolerance, ratio);
         match (self.name.as_str(), self.point.as_str()) {
             ("newton", _) => RATIOS.map(in_tolerances).to_vec(),
             (_, "leave") => vec![in_tolerances(OFFSET_IN_ERRORS)],
             _ => OFFSETS
-                .map(|offset| Count::new(offset, offset / self.tolerance))
+                .map(|offset| count(offset, offset / self.tolerance))
                 .to_vec(),
         }
     }

@@ -16,7 +16,7 @@ mod newton;
 mod photons;
 
 use crate::lab::claim::Claim;
-use crate::lab::experiment::{Conclusion, Cost, Effort, Experiment, Outcome, Run};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
 use crate::lab::table::{Table, Value};
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
@@ -46,12 +46,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "accepted",
     ],
     timed: false,
-    cost: Cost {
-        smoke: 5.0,
-        standard: 0.0,
-        full: 0.0,
-        source: "",
-    },
+    cpu_seconds: [0.5, 9.0, 90.0],
     plan,
     execute,
     conclude,

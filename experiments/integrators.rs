@@ -1,9 +1,7 @@
 //! Do path tracing and photon mapping draw the same picture where no closed form and no reference exists?
 
 use crate::lab::claim::{Claim, Estimate};
-use crate::lab::experiment::{
-    Conclusion, Cost, Effort, Experiment, Outcome, Run, Table, grid, values,
-};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::lab::rendering::render;
 use crate::numeric::statistics::Moments;
@@ -32,12 +30,7 @@ pub const EXPERIMENT: Experiment = Experiment {
              The kernel's share is a bound from corners of a room (bias² ~ r² at one-sided boundaries).",
     columns: &["scene", "integrator", "replicate", "mean", "render_s"],
     timed: false,
-    cost: Cost {
-        smoke: 5.0,
-        standard: 0.0,
-        full: 0.0,
-        source: "",
-    },
+    cpu_seconds: [23.5, 490.0, 3900.0],
     plan,
     execute,
     conclude,
@@ -53,11 +46,7 @@ fn plan(_: Effort) -> Vec<Run> {
 
 /// Camera samples a pixel of `path`; passes of 20 000 photons of `ppm`.
 fn budget(effort: Effort) -> (u32, u32) {
-    match effort {
-        Effort::Smoke => (80, 8),
-        Effort::Standard => (2_048, 100),
-        Effort::Full => (16_384, 800),
-    }
+    effort.of([(80, 8), (2_048, 100), (16_384, 800)])
 }
 
 fn margin(effort: Effort) -> f64 {

@@ -6,13 +6,11 @@ use crate::geometry::ray::Ray;
 use crate::geometry::revolution::newton::{NewtonSettings, StartPolicy};
 use crate::geometry::revolution::{Placement, Revolution, Solver, exact};
 use crate::lab::claim::{Claim, Estimate};
-use crate::lab::experiment::{
-    Conclusion, Cost, Effort, Experiment, Outcome, Run, Table, grid, values,
-};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::numeric::clock::ThreadClock;
 use crate::numeric::rng::{Purpose, Stream};
-use crate::numeric::statistics::zero_failures_bound;
+use crate::numeric::statistics::{survival_exponent, zero_failures_bound};
 use crate::numeric::work::Work;
 use serde::Deserialize;
 
@@ -39,12 +37,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "ns_per_ray",
     ],
     timed: true,
-    cost: Cost {
-        smoke: 5.0,
-        standard: 0.0,
-        full: 0.0,
-        source: "",
-    },
+    cpu_seconds: [4.4, 160.0, 3900.0],
     plan,
     execute,
     conclude,
@@ -74,20 +67,15 @@ fn plan(_effort: Effort) -> Vec<Run> {
 
 /// Newton with all its starts costs about 700 µs a ray, the oracle 165 µs.
 fn rays(policy: &str, effort: Effort) -> u64 {
-    match (policy, effort) {
-        (BERNSTEIN, Effort::Smoke) => 5000,
-        (BERNSTEIN, Effort::Standard) => 250_000,
-        (BERNSTEIN, Effort::Full) => 10_000_000,
-        (_, Effort::Smoke) => 1500,
-        (_, Effort::Standard) => 50_000,
-        (_, Effort::Full) => 1_000_000,
-    }
+    effort.of(match policy {
+        BERNSTEIN => [5000, 250_000, 10_000_000],
+        _ => [1500, 50_000, 1_000_000],
+    })
 }
 
-/// A solver and what it did so far.
-struct Entry {
-    starts: u32,
-    solver: Solver,
+/// What a solver did so far.
+#[derive(Default)]
+struct Tally {
     miss: u64,
     wrong: u64,
     phantom: u64,
@@ -95,24 +83,18 @@ struct Entry {
     seconds: f64,
 }
 
-impl Entry {
-    fn new(starts: u32, solver: Solver) -> Self {
-        Self {
-            starts,
-            solver,
-            miss: 0,
-            wrong: 0,
-            phantom: 0,
-            work: Work::default(),
-            seconds: 0.0,
-        }
-    }
-
-    fn measure(&mut self, surface: &Revolution, rays: &[Ray], truth: &[Option<f64>]) {
+impl Tally {
+    fn measure(
+        &mut self,
+        solver: &Solver,
+        surface: &Revolution,
+        rays: &[Ray],
+        truth: &[Option<f64>],
+    ) {
         let clock = ThreadClock::start();
         let nearest = rays
             .iter()
-            .map(|ray| surface.nearest(ray, &self.solver, &mut self.work));
+            .map(|ray| surface.nearest(ray, solver, &mut self.work));
         let found: Vec<_> = nearest.collect();
         self.seconds += clock.seconds();
         for (found, truth) in found.iter().zip(truth) {
@@ -128,31 +110,31 @@ impl Entry {
     }
 }
 
-fn entries(policy: &str) -> Vec<Entry> {
+/// The solvers of a run, each with its number of starts.
+fn solvers(policy: &str) -> Vec<(u32, Solver)> {
     let known = POLICIES.iter().find(|(name, _)| *name == policy);
     let Some(&(_, policy)) = known else {
-        return vec![Entry::new(0, Solver::Bernstein)];
+        return vec![(0, Solver::Bernstein)];
     };
-    let newton = |&starts: &u32| {
-        let settings = NewtonSettings {
-            starts,
-            policy,
-            ..NewtonSettings::default()
-        };
-        Entry::new(starts, Solver::Newton(settings))
+    let newton = |starts| NewtonSettings {
+        starts,
+        policy,
+        ..NewtonSettings::default()
     };
-    STARTS.iter().map(newton).collect()
+    STARTS
+        .map(|starts| (starts, Solver::Newton(newton(starts))))
+        .to_vec()
 }
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let policy = run.text("policy");
     let count = rays(&policy, effort);
     let surface = Revolution::new(Profile::cup(), Placement::identity());
-    let mut entries = entries(&policy);
+    let new = |(starts, solver)| (starts, solver, Tally::default());
+    let mut tallies: Vec<_> = solvers(&policy).into_iter().map(new).collect();
     let mut hits = 0;
     for start in (0..count).step_by(CHUNK as usize) {
-        let indices = start..count.min(start + CHUNK);
-        let rays: Vec<Ray> = indices
+        let rays: Vec<Ray> = (start..count.min(start + CHUNK))
             .map(|index| random_ray(&mut Stream::new(seed, Purpose::Experiment, index)))
             .collect();
         let nearest = |ray: &Ray| {
@@ -161,23 +143,26 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
         };
         let truth: Vec<Option<f64>> = rays.iter().map(nearest).collect();
         hits += truth.iter().flatten().count() as u64;
-        for entry in &mut entries {
-            entry.measure(&surface, &rays, &truth);
+        for (_, solver, tally) in &mut tallies {
+            tally.measure(solver, &surface, &rays, &truth);
         }
     }
     let mut outcome = Outcome::default();
-    for entry in &entries {
-        outcome.rows.push(run.row([
-            entry.starts.into(),
-            count.into(),
-            hits.into(),
-            entry.miss.into(),
-            entry.wrong.into(),
-            entry.phantom.into(),
-            (entry.work.solver_iterations as f64 / count as f64).into(),
-            (entry.seconds * 1e9 / count as f64).into(),
-        ]));
-        outcome.work += entry.work;
+    for (starts, _, tally) in &tallies {
+        let counts = [
+            u64::from(*starts),
+            count,
+            hits,
+            tally.miss,
+            tally.wrong,
+            tally.phantom,
+        ];
+        let iterations = tally.work.solver_iterations as f64;
+        let per_ray = [iterations, tally.seconds * 1e9].map(|sum| sum / count as f64);
+        outcome
+            .rows
+            .push(run.row([values(counts), values(per_ray)].concat()));
+        outcome.work += tally.work;
     }
     Ok(outcome)
 }
@@ -206,48 +191,6 @@ impl Row {
 
 fn rows(table: &Table, policy: &str) -> Vec<Row> {
     table.filter("policy", &policy.into()).read()
-}
-
-/// Exponent b of failures ~ k^b from nested counts (k, failures), with its standard error.
-///
-/// Because the starts are nested, a ray that fails at k is one of those that failed at every smaller k, and the counts are a
-/// chain of binomials with survival pⱼ = (kⱼ₊₁/kⱼ)^b. The likelihood's derivative falls in −b, so bisection finds its zero; the
-/// standard error is 1/√(Fisher information), Σ fⱼ xⱼ² pⱼ/(1 − pⱼ) with xⱼ = ln(kⱼ₊₁/kⱼ).
-fn survival_exponent(counts: &[(f64, f64)]) -> Option<(f64, f64)> {
-    let steps: Vec<(f64, f64, f64)> = counts
-        .windows(2)
-        .filter(|w| w[0].1 > 0.0)
-        .map(|w| (libm::log(w[1].0 / w[0].0), w[0].1, w[1].1))
-        .collect();
-    let lost: f64 = steps.iter().map(|s| s.1 - s.2).sum();
-    let kept: f64 = steps.iter().map(|s| s.2).sum();
-    if lost <= 0.0 || kept <= 0.0 {
-        return None;
-    }
-    let score = |decay: f64| -> f64 {
-        let term = |&(x, before, after): &(f64, f64, f64)| {
-            let p = libm::exp(-decay * x);
-            x * ((before - after) * p / (1.0 - p) - after)
-        };
-        steps.iter().map(term).sum()
-    };
-    let (mut low, mut high) = (1e-6, 100.0);
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if score(middle) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let information: f64 = steps
-        .iter()
-        .map(|&(x, before, _)| {
-            let p = libm::exp(-low * x);
-            before * x * x * p / (1.0 - p)
-        })
-        .sum();
-    Some((-low, 1.0 / information.sqrt()))
 }
 
 fn conclude(table: &Table, effort: Effort) -> Conclusion {
@@ -380,21 +323,6 @@ fn cost_plot(table: &Table) -> Plot {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Expected counts of a power law give its exponent back; those of an exponential law are far from it.
-    #[test]
-    fn nested_counts_of_a_power_law_give_its_exponent() {
-        let levels = [10.0, 20.0, 30.0, 50.0, 100.0, 200.0];
-        let power = levels.map(|k: f64| (k, 1e6 * libm::pow(k / 10.0, -1.7)));
-        let (exponent, error) = survival_exponent(&power).unwrap();
-        assert!((exponent + 1.7).abs() < 1e-9, "{exponent}");
-        assert!(error > 0.0 && error < 0.01);
-        let exponential = levels.map(|k: f64| (k, 1e6 * libm::exp(-0.1 * (k - 10.0))));
-        let (exponent, error) = survival_exponent(&exponential).unwrap();
-        assert!(exponent + 20.0 * error < LAW.0 + LAW.1 || exponent > LAW.0 + LAW.1);
-        assert!(survival_exponent(&[(10.0, 5.0), (20.0, 0.0)]).is_none());
-        assert!(survival_exponent(&[]).is_none());
-    }
 
     #[test]
     fn a_solver_that_is_always_wrong_fails_the_claims() {

@@ -11,7 +11,7 @@
 
 mod conclusion;
 
-use crate::lab::experiment::{Cost, Effort, Experiment, Outcome, Run, values};
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, values};
 use crate::lab::rendering::on_one_thread;
 use crate::numeric::rng::mix;
 use crate::numeric::statistics::Moments;
@@ -49,12 +49,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "cpu_s",
     ],
     timed: false,
-    cost: Cost {
-        smoke: 5.0,
-        standard: 0.0,
-        full: 0.0,
-        source: "",
-    },
+    cpu_seconds: [3.6, 115.0, 920.0],
     plan,
     execute,
     conclude: conclusion::conclude,
@@ -103,14 +98,6 @@ fn plan(_: Effort) -> Vec<Run> {
         runs.push(run("sphere", "constant", 1.0, 512, 4, radius));
     }
     runs
-}
-
-fn replicates(effort: Effort) -> u64 {
-    match effort {
-        Effort::Smoke => 32,
-        Effort::Standard => 1024,
-        Effort::Full => 8192,
-    }
 }
 
 /// Mean and variance of what one pass reads at a squared radius, in closed form.
@@ -223,7 +210,7 @@ fn replicate(run: &Run, count: u64, seed: u64) -> anyhow::Result<Tally> {
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let (_, truth, _) = subject(&run.text("scene"))?;
-    let count = replicates(effort);
+    let count: u64 = effort.of([32, 1024, 8192]);
     let (tally, seconds) = on_one_thread(|| replicate(run, count, seed))?;
     let found = [
         truth,

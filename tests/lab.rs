@@ -1,7 +1,7 @@
 //! The laboratory: nothing but the plan and the seed decides a table, and verdicts are what their rules say.
 
 use photolathe::lab::claim::{Claim, Estimate, Subject, Verdict};
-use photolathe::lab::experiment::{Conclusion, Cost, Effort, Experiment, Outcome, Run, Table};
+use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table};
 use photolathe::lab::runner::{Finished, RunOptions, Shard, run_experiment};
 use photolathe::lab::table::is_time_column;
 use photolathe::numeric::rng::{Purpose, Stream};
@@ -25,12 +25,7 @@ const TOY: Experiment = Experiment {
     method: "Means of n numbers.",
     columns: &["n", "kind", "mean", "render_s"],
     timed: false,
-    cost: Cost {
-        smoke: 1.0,
-        standard: 10.0,
-        full: 100.0,
-        source: "made up",
-    },
+    cpu_seconds: [1.0, 10.0, 100.0],
     plan: |_| {
         let grid = [10_i64, 100, 1000]
             .into_iter()

@@ -1,7 +1,7 @@
 //! Joined shards and killed sweeps give the table of an unbroken run; two runs are told apart where they differ.
 
 use photolathe::lab::claim::{Claim, Estimate, Subject, Verdict};
-use photolathe::lab::experiment::{Conclusion, Cost, Effort, Experiment, Outcome, Run};
+use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
 use photolathe::lab::join::{Choice, Side, join};
 use photolathe::lab::runner::{RunOptions, Shard, run_experiment};
 use photolathe::lab::versus::{Agreement, agreement, pairs};
@@ -22,12 +22,7 @@ const TOY: Experiment = Experiment {
     method: "One number a run.",
     columns: &["index", "value", "render_s"],
     timed: false,
-    cost: Cost {
-        smoke: 1.0,
-        standard: 10.0,
-        full: 100.0,
-        source: "made up",
-    },
+    cpu_seconds: [1.0, 10.0, 100.0],
     plan: |_| (0..RUNS).map(|i| Run::new([("index", i.into())])).collect(),
     execute: |run, _, seed| {
         let start = Instant::now();

@@ -23,6 +23,17 @@ pub enum Effort {
     Full,
 }
 
+impl Effort {
+    /// The one of three that is this effort's: smoke, standard, full.
+    pub fn of<T>(self, [smoke, standard, full]: [T; 3]) -> T {
+        match self {
+            Self::Smoke => smoke,
+            Self::Standard => standard,
+            Self::Full => full,
+        }
+    }
+}
+
 impl fmt::Display for Effort {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -155,30 +166,6 @@ pub struct Conclusion {
     pub pictures: Vec<Contrast>,
 }
 
-/// CPU seconds of an experiment on one core of about 3 GHz; good to a factor of two, as machines differ.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cost {
-    /// At smoke effort, measured.
-    pub smoke: f64,
-    /// At standard effort.
-    pub standard: f64,
-    /// At full effort.
-    pub full: f64,
-    /// How the last two are known: measured, or scaled by what.
-    pub source: &'static str,
-}
-
-impl Cost {
-    /// The seconds at an effort.
-    pub fn at(&self, effort: Effort) -> f64 {
-        match effort {
-            Effort::Smoke => self.smoke,
-            Effort::Standard => self.standard,
-            Effort::Full => self.full,
-        }
-    }
-}
-
 /// An experiment: one readable file says its question, its prediction and its sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct Experiment {
@@ -194,8 +181,9 @@ pub struct Experiment {
     pub columns: &'static [&'static str],
     /// Whether runs measure time and so must have the machine to themselves.
     pub timed: bool,
-    /// CPU seconds of all runs at smoke, standard and full effort, for the estimate that a full run prints first.
-    pub cost: Cost,
+    /// CPU seconds of all runs at smoke, standard and full effort, on one core of some 3 GHz: what a full run's estimate rests on.
+    /// The first is measured, the others may be scaled from it by the amount of work (rays, samples, photons).
+    pub cpu_seconds: [f64; 3],
     /// The runs at an effort, each with a name of its own; the table keeps their order.
     pub plan: fn(Effort) -> Vec<Run>,
     /// One run; must depend on its arguments only. `seed` is already keyed with the run's name.

@@ -5,6 +5,7 @@
 mod fit;
 mod hypothesis;
 mod interval;
+mod survival;
 
 pub use fit::{Fit, fit_line};
 pub use hypothesis::{
@@ -14,6 +15,7 @@ pub use hypothesis::{
 pub use interval::{
     binomial_interval, normal_quantile, poisson_interval, student_quantile, zero_failures_bound,
 };
+pub use survival::survival_exponent;
 
 /// Running mean and variance of a sample (Welford 1962); parts join (Chan, Golub and LeVeque 1979).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

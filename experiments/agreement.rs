@@ -218,7 +218,7 @@ fn conclude(table: &Table, effort: Effort) -> Conclusion {
             ]);
             conclusion.pictures.push(contrast(scene, method, &results));
             let percent = |block: &BlockResult| 100.0 * block.difference / block.reference;
-            series.push(Series::measured(
+            series.push(Series::scattered(
                 format!("{}, {}", scene.name, method.name),
                 results
                     .iter()
@@ -253,6 +253,7 @@ fn contrast(scene: &Subjected, method: &Method, results: &[BlockResult]) -> Cont
             picture(|block| block.reference + block.difference),
         ),
         b: ("the reference".to_owned(), picture(|block| block.reference)),
+        commands: Vec::new(),
     }
 }
 

@@ -77,29 +77,44 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
 
 fn conclude(table: &Table, effort: Effort) -> Conclusion {
     let mut conclusion = Conclusion::default();
-    let mut series = INTEGRATORS.map(|name| Series::measured(name, []));
+    let mut series = INTEGRATORS.map(|name| Series::scattered(name, []));
+    let mut costs = series.clone();
     for (place, (scene, ..)) in (1..).zip(SCENES) {
         let part = table.filter("scene", &scene.into());
-        let [path, ppm] = INTEGRATORS.map(|integrator| {
+        let of = |integrator: &str, column| {
             let part = part.filter("integrator", &integrator.into());
-            Moments::of(part.numbers("mean"))
-        });
-        for (series, moments) in series.iter_mut().zip([&path, &ppm]) {
+            Moments::of(part.numbers(column))
+        };
+        let [path, ppm] = INTEGRATORS.map(|integrator| of(integrator, "mean"));
+        for (index, moments) in [&path, &ppm].into_iter().enumerate() {
             let percent = |value: f64| 100.0 * (value / path.mean() - 1.0);
             let (mean, reach) = (moments.mean(), 2.0 * moments.standard_error());
-            series.points.push((f64::from(place), percent(mean)));
-            series
-                .intervals
-                .push((percent(mean - reach), percent(mean + reach)));
+            // Side by side, so that neither hides the other.
+            let at = f64::from(place) + 0.1 * index as f64;
+            series[index].points.push((at, percent(mean)));
+            let interval = (percent(mean - reach), percent(mean + reach));
+            series[index].intervals.push(interval);
+            let noise = 100.0 * moments.variance().sqrt() / mean;
+            let seconds = of(INTEGRATORS[index], "render_s").mean();
+            costs[index].points.push((seconds, noise));
+            costs[index].labels.push(scene.to_owned());
         }
         conclusion.claims.push(claim(scene, &path, &ppm, effort));
     }
-    conclusion.plots.push(Plot::new(
-        "Both integrators give the same mean (bars: two standard errors)",
-        Axis::linear("scene: 1 cup, 2 gallery, 3 lens"),
-        Axis::linear("mean radiance against path (%)"),
-        series,
-    ));
+    conclusion.plots = vec![
+        Plot::new(
+            "Both integrators give the same mean (bars: two standard errors)",
+            Axis::linear("scene: 1 cup, 2 gallery, 3 lens"),
+            Axis::linear("mean radiance against path (%)"),
+            series,
+        ),
+        Plot::new(
+            "What the mean of a picture costs, and its noise",
+            Axis::log("CPU time of a render (s)"),
+            Axis::log("standard deviation of the mean (%)"),
+            costs,
+        ),
+    ];
     conclusion
 }
 

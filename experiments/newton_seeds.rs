@@ -298,7 +298,7 @@ fn failures_plot(table: &Table) -> Plot {
         "Random restarts never become safe: failures fall as a power of the starts",
         Axis::log("starts per piece"),
         Axis::log("share of hits missed or wrong"),
-        policies.into_iter().chain([law]),
+        [law].into_iter().chain(policies),
     )
 }
 

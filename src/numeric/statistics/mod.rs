@@ -7,7 +7,7 @@ mod hypothesis;
 mod interval;
 mod survival;
 
-pub use fit::{Fit, fit_line};
+pub use fit::{Fit, GeneralisedFit, fit_generalised, fit_line};
 pub use hypothesis::{
     Test, chi_square, holm, holm_smallest, kolmogorov_smirnov, ks_uniform, student,
     two_sided_normal, two_sided_student, welch, z_test,

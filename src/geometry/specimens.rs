@@ -119,7 +119,7 @@ fn piece(radius: [f64; 4], height: [f64; 4]) -> Piece {
 }
 
 /// A straight piece; its control points are exact where the ends differ by multiples of 3 units of their last places.
-pub fn line(from: [f64; 2], to: [f64; 2]) -> Piece {
+fn line(from: [f64; 2], to: [f64; 2]) -> Piece {
     let mix = |i: usize, w: f64| from[i] + w * (to[i] - from[i]) / 3.0;
     Piece::new([
         from,

@@ -347,7 +347,7 @@ fn cliff_plot(table: &Table) -> Plot {
     Plot::new(
         "The eps cliff: two tolerances suffice",
         Axis::linear("offset / tolerance"),
-        Axis::linear("share of rays that meet the sheet they leave"),
+        Axis::linear("share of rays that meet their sheet"),
         series,
     )
 }

@@ -2,6 +2,7 @@
 
 mod axis;
 pub mod claim;
+pub mod contrast;
 pub mod difference;
 pub mod experiment;
 pub mod families;
@@ -13,6 +14,7 @@ pub mod page;
 pub mod plot;
 pub mod progress;
 pub mod record;
+pub mod rendering;
 pub mod report;
 pub mod runner;
 pub mod showcase;

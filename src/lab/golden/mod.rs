@@ -265,31 +265,73 @@ mod tests {
         );
         assert_eq!(check_ball().unwrap().verdict, GoldenVerdict::Identical);
 
-        std::fs::write(
-            root.path().join("scene.toml"),
-            SCENE.replace("spp = 4", "spp = 4\nseed = 5"),
-        )
-        .unwrap();
-        assert_eq!(check_ball().unwrap().verdict, GoldenVerdict::Equivalent);
-        std::fs::write(
-            root.path().join("scene.toml"),
-            SCENE.replace("0.5, 0.5, 0.5", "0.4, 0.4, 0.4"),
-        )
-        .unwrap();
-        assert_eq!(check_ball().unwrap().verdict, GoldenVerdict::Different);
+        let set = |from: &str, to: &str| {
+            let scene = SCENE.replace(from, to);
+            assert_ne!(scene, SCENE);
+            std::fs::write(root.path().join("scene.toml"), scene).unwrap();
+            check_ball().unwrap()
+        };
+        let other_seed = set("spp = 4", "spp = 4\nseed = 5");
+        assert_eq!(other_seed.verdict, GoldenVerdict::Equivalent);
+        assert_eq!(other_seed.replicates, REPLICATES);
+        // Far below what other random numbers would show: the pairs share theirs.
+        let brighter = set("0.5, 0.5, 0.5", "0.5005, 0.5005, 0.5005");
+        assert_eq!(brighter.verdict, GoldenVerdict::Different);
+        assert!(brighter.detectable < 0.001 && other_seed.detectable > 0.001);
         std::fs::write(root.path().join("scene.toml"), "nonsense").unwrap();
         assert!(check_ball().is_err());
+    }
 
-        let stored = path.join("ball.exr");
-        let mut picture = exr::read(&stored).unwrap();
-        picture.rgb[0][0] += 1.0;
-        exr::write(&picture, &stored).unwrap();
+    #[test]
+    fn a_stored_picture_or_table_that_was_not_accepted_is_refused() {
+        let (root, path) = directory("regression");
+        accept(&path, "ball", "first picture").unwrap();
+        let other_seed = SCENE.replace("spp = 4", "spp = 4\nseed = 5");
+        std::fs::write(root.path().join("scene.toml"), other_seed).unwrap();
+        let refused = || check_all(&path).remove(0).check.unwrap_err().to_string();
+        let spoil = |name: &str, spoil: &dyn Fn(&mut Picture)| {
+            let mut picture = exr::read(&path.join(name)).unwrap();
+            spoil(&mut picture);
+            exr::write(&picture, &path.join(name)).unwrap();
+            picture.digest()
+        };
+        let digest = spoil("ball.replicates.exr", &|table| {
+            table.height -= 1;
+            table.rgb.truncate(table.width * table.height);
+        });
+        assert!(refused().contains("not the picture that was accepted"));
+        let mut golden = read(&path, "ball").unwrap();
+        golden.replicates = Some(digest);
+        write(&path, "ball", &golden).unwrap();
+        assert!(refused().contains("has 31 replicates of 4 blocks instead of 32 of 4"));
+        std::fs::remove_file(path.join("ball.replicates.exr")).unwrap();
+        assert!(refused().contains("ball.replicates.exr"));
+        spoil("ball.exr", &|picture| picture.rgb[0][0] += 1.0);
+        assert!(refused().contains("not the picture that was accepted"));
+    }
+
+    /// A point light leaves nothing to chance; a wider lamp does.
+    #[test]
+    fn where_nothing_is_random_no_replicates_are_kept_and_every_bit_counts() {
+        let (root, path) = directory("regression");
+        let table = path.join("ball.replicates.exr");
         assert!(
-            check_ball()
-                .unwrap_err()
-                .to_string()
-                .contains("not the picture that was accepted")
+            accept(&path, "ball", "random")
+                .unwrap()
+                .replicates
+                .is_some()
         );
+        assert!(table.exists());
+        let whitted = SCENE.replace("\"path\"", "\"whitted\"");
+        std::fs::write(root.path().join("scene.toml"), &whitted).unwrap();
+        let golden = accept(&path, "ball", "whitted").unwrap();
+        assert_eq!(golden.replicates, None);
+        assert!(!table.exists());
+        let moved = whitted.replace("[2, 3, 5]", "[2, 3, 5.000001]");
+        std::fs::write(root.path().join("scene.toml"), moved).unwrap();
+        let check = check_all(&path).remove(0).check.unwrap();
+        assert_eq!(check.verdict, GoldenVerdict::Different);
+        assert_eq!(check.replicates, 0);
     }
 
     #[test]

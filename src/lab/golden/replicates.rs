@@ -86,3 +86,121 @@ fn means(picture: &Picture) -> Vec<[f32; 3]> {
         .map(|rgb| rgb.map(|x| x as f32))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::judge::by_bits;
+    use super::super::{GoldenVerdict, LEVEL};
+    use super::*;
+    use crate::numeric::rng::{Purpose, Stream};
+    use crate::numeric::statistics::{holm_smallest, two_sided_normal};
+    use crate::scene::file::parse;
+    use std::sync::OnceLock;
+
+    /// A photon map: a ball and its shadow, with so few photons that many blocks get only some.
+    const SCENE: &str = "\
+        [camera]\neye = [0, 3, 6]\ntarget = [0, 0, 0]\nvertical_fov_deg = 40\n[film]\nwidth = 24\nheight = 24\n\
+        [render]\nintegrator = \"ppm\"\nspp = 1\npasses = 2\nphotons = 300\n\
+        [material.wall]\ndiffuse = { reflectance = [0.5, 0.5, 0.5] }\n\
+        [[sphere]]\ncenter = [0, 1, 0]\nradius = 1\nmaterial = \"wall\"\n\
+        [[disc]]\ncenter = [0, 0, 0]\nnormal = [0, 1, 0]\nradius = 3\nmaterial = \"wall\"\n\
+        [[point_light]]\nposition = [2, 3, 1]\nintensity = [20, 20, 20]\n";
+    const POOL: usize = 320;
+    const JUDGEMENTS: u64 = 200;
+
+    type Judge = fn(&[&Picture], &[&Picture]) -> GoldenVerdict;
+
+    fn subject() -> Subject {
+        let scene = parse(SCENE, "scene", Path::new(""), &[]).unwrap();
+        let settings = Settings::resolve(&scene.render);
+        Subject { scene, settings }
+    }
+
+    fn across_replicates(new: &[&Picture], stored: &[&Picture]) -> GoldenVerdict {
+        let table = |pictures: &[&Picture]| {
+            let rows: Vec<_> = pictures.iter().map(|picture| means(picture)).collect();
+            Picture {
+                width: rows[0].len(),
+                height: rows.len(),
+                rgb: rows.concat(),
+                ..Picture::default()
+            }
+        };
+        let check = by_bits(new[0], stored[0]).unwrap();
+        check.by_replicates(&table(new), &table(stored)).verdict
+    }
+
+    /// Wrong for photon maps: z of each block, its variance taken from the pixels of one picture.
+    fn across_pixels(new: &[&Picture], stored: &[&Picture]) -> GoldenVerdict {
+        let pairs = blocks(new[0], BLOCK)
+            .into_iter()
+            .zip(blocks(stored[0], BLOCK));
+        let p: Vec<f64> = pairs
+            .flat_map(|(a, b)| {
+                [0, 1, 2].map(|c| {
+                    let error = (a.variance[c] + b.variance[c])
+                        .sqrt()
+                        .max(f64::MIN_POSITIVE);
+                    two_sided_normal((a.mean[c] - b.mean[c]) / error)
+                })
+            })
+            .collect();
+        if holm_smallest(&p) >= LEVEL {
+            GoldenVerdict::Equivalent
+        } else {
+            GoldenVerdict::Different
+        }
+    }
+
+    fn pool() -> Vec<Picture> {
+        let subject = subject();
+        let draw = |seed: usize| {
+            let settings = Settings {
+                seed: seed as u64,
+                ..subject.settings.clone()
+            };
+            subject.draw_with(&settings).unwrap()
+        };
+        (0..POOL).map(draw).collect()
+    }
+
+    /// How often pictures of one program under other seeds are called different: disjoint random draws from one pool.
+    fn false_alarms(judge: Judge) -> usize {
+        static DRAWN: OnceLock<Vec<Picture>> = OnceLock::new();
+        let pool = DRAWN.get_or_init(pool);
+        let alarm = |judgement: &u64| {
+            let mut stream = Stream::new(*judgement, Purpose::Test, 0);
+            let mut order: Vec<&Picture> = pool.iter().collect();
+            for i in 0..2 * REPLICATES {
+                order.swap(i, i + stream.next_u64() as usize % (POOL - i));
+            }
+            let (new, rest) = order.split_at(REPLICATES);
+            judge(new, &rest[..REPLICATES]) != GoldenVerdict::Equivalent
+        };
+        (0..JUDGEMENTS).filter(alarm).count()
+    }
+
+    /// 200 judgements at level 1e-4: more than one false alarm has probability 2e-4; there is none.
+    #[test]
+    fn other_seeds_of_a_photon_map_are_equivalent() {
+        assert_eq!(false_alarms(across_replicates), 0);
+    }
+
+    #[test]
+    fn a_judge_that_takes_pixels_as_independent_raises_false_alarms() {
+        let alarms = false_alarms(across_pixels);
+        assert!(alarms > 20, "{alarms}");
+    }
+
+    #[test]
+    fn replicates_differ_from_each_other_and_are_drawn_again_to_the_bit() {
+        let [one, two] = [0, 1].map(|_| subject().replicates().unwrap());
+        assert!(one.random);
+        assert_eq!(one.table, two.table);
+        assert_eq!((one.table.width, one.table.height), (10, REPLICATES));
+        let mut rows: Vec<_> = one.table.rgb.chunks(10).collect();
+        rows.sort_unstable_by(|a, b| a[0][0].total_cmp(&b[0][0]));
+        rows.dedup();
+        assert_eq!(rows.len(), REPLICATES);
+    }
+}

@@ -1,6 +1,6 @@
 //! The closed set of shapes.
 
-use super::bounds::Aabb;
+use super::bounds::{Aabb, Bounding};
 use super::hit::{Crossing, Hit};
 use super::planar::{Disc, Plane, Quad};
 use super::ray::Ray;
@@ -60,6 +60,15 @@ impl Shape {
             Self::Quad(shape) => shape.hit(ray, crossing),
             Self::Plane(shape) => shape.hit(ray, crossing),
             Self::Disc(shape) => shape.hit(ray, crossing),
+        }
+    }
+
+    /// The same shape behind another bounding volume, which matters to revolution surfaces only.
+    #[must_use]
+    pub fn bounded_by(self, kind: Bounding) -> Self {
+        match self {
+            Self::Revolution(shape) => Self::Revolution(shape.bounded_by(kind)),
+            other => other,
         }
     }
 

@@ -197,7 +197,7 @@ fn tangents_hold_exact_ones() {
     let profile = Profile::hourglass();
     let rays = rays(&revolve(profile.clone()), Family::Tangents, 400);
     let touching = rays.iter().filter(|ray| {
-        let found = exact::certain_crossings(&profile, ray);
+        let found = exact::certified(&profile, ray);
         found.iter().any(|certain| certain.multiplicity == 2)
     });
     let count = touching.count();

@@ -30,10 +30,10 @@ fn brackets_are_neighbours_and_hold_t() {
     let profile = Profile::cup();
     let mut met = 0;
     for index in 0..400 {
-        for certain in exact::certain_crossings(&profile, &random(index)) {
-            let [low, high] = certain.bracket;
+        for certain in exact::certified(&profile, &random(index)) {
+            let (low, high) = (certain.t_low, certain.t_high);
             assert!(high == low || high == low.next_up());
-            assert!((low..=high).contains(&certain.crossing.t));
+            assert!((low..=high).contains(&certain.t));
             met += 1;
         }
     }
@@ -46,8 +46,12 @@ fn brackets_are_neighbours_and_hold_t() {
     let bowl = Profile::new(vec![bowl]).expect("one piece");
     let direction = DVec3::new(0.0, -0.5, 0.25);
     let ray = Ray::new(DVec3::new(0.0, 0.75, 1.5) - 4.0 * direction, direction);
-    let found = exact::certain_crossings(&bowl, &ray);
-    assert!(found.iter().any(|certain| certain.bracket == [4.0, 4.0]));
+    let found = exact::certified(&bowl, &ray);
+    assert!(
+        found
+            .iter()
+            .any(|certain| (certain.t_low, certain.t_high) == (4.0, 4.0))
+    );
 }
 
 /// Where the change of frame is exact in floats, a placed surface has the crossings of the profile with the changed ray.
@@ -69,12 +73,8 @@ fn a_placed_surface_has_the_crossings_of_its_own_frame() {
                 round(ray.direction),
             );
             let local = placement.ray_to_local(&world);
-            let placed = exact::placed_crossings(&profile, &placement, &world);
-            assert_eq!(
-                placed,
-                exact::certain_crossings(&profile, &local),
-                "{index}"
-            );
+            let placed = exact::certified_placed(&profile, &placement, &world);
+            assert_eq!(placed, exact::certified(&profile, &local), "{index}");
         }
     }
 }
@@ -88,10 +88,10 @@ fn a_rounded_frame_would_change_answers_that_an_exact_one_keeps() {
         ..Placement::identity()
     };
     let at = |x: f64| Ray::new(DVec3::new(x, 0.25, -5.0), DVec3::Z);
-    let met = |x: f64| exact::placed_crossings(&profile, &placement, &at(x)).len();
+    let met = |x: f64| exact::certified_placed(&profile, &placement, &at(x)).len();
     assert_eq!((met(1.1), met(1.1_f64.next_down())), (0, 2));
     let rounded = placement.ray_to_local(&at(1.1));
-    assert_eq!(exact::certain_crossings(&profile, &rounded).len(), 1);
+    assert_eq!(exact::certified(&profile, &rounded).len(), 1);
 }
 
 #[test]

@@ -70,3 +70,35 @@ impl Hit {
         self.point + errors * self.error * self.normal
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A direction within the surface is neither from behind nor towards it.
+    #[test]
+    fn along_the_surface_the_normal_stays_and_the_next_ray_starts_on_its_side() {
+        let hit = Hit {
+            t: 3.0,
+            point: DVec3::new(0.0, 2.0, 0.0),
+            normal: DVec3::Y,
+            error: 1e-3,
+            object: 0,
+            piece: 0,
+            u: 0.0,
+            theta: 0.0,
+            st: DVec2::ZERO,
+        };
+        for (direction, facing, side) in [
+            (DVec3::X, DVec3::Y, 1.0),
+            (DVec3::new(0.6, 0.8, 0.0), -DVec3::Y, 1.0),
+            (DVec3::new(0.6, -0.8, 0.0), DVec3::Y, -1.0),
+        ] {
+            assert_eq!(hit.facing_normal(direction), facing);
+            let next = hit.leave(direction);
+            assert_eq!(next.origin, hit.offset(side * OFFSET_IN_ERRORS));
+            assert!((next.origin.y - 2.0 - side * 4e-3).abs() < 1e-15);
+            assert_eq!(next.direction, direction);
+        }
+    }
+}

@@ -8,11 +8,13 @@ pub mod formula_audit;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
+pub mod solvers;
 
 use crate::lab::experiment::Experiment;
 
 /// All experiments, in the order of the page.
 pub const ALL: &[Experiment] = &[
+    solvers::EXPERIMENT,
     newton_seeds::EXPERIMENT,
     eps::EXPERIMENT,
     photons::EXPERIMENT,

@@ -10,7 +10,9 @@
 use crate::geometry::hit::Crossing;
 use crate::geometry::profile::{Piece, Profile};
 use crate::geometry::ray::Ray;
-use crate::numeric::exact::{Dyadic, Polynomial, Root, sign};
+use crate::geometry::revolution::Placement;
+use crate::numeric::exact::{Dyadic, Polynomial, Root, bracket, sign};
+use glam::DVec3;
 use num_bigint::BigInt;
 use num_traits::Zero;
 
@@ -21,6 +23,8 @@ pub struct CertainCrossing {
     pub crossing: Crossing,
     /// Multiplicity of the root in u (times that in t where d_y = 0).
     pub multiplicity: u32,
+    /// The exact t lies between these: neighbours, or the same number where it is one.
+    pub bracket: [f64; 2],
 }
 
 /// Every crossing inside the open range of a ray in the profile's own frame, by rising t; a tangency counts once, a point
@@ -35,13 +39,31 @@ pub fn certain_crossings(profile: &Profile, ray: &Ray) -> Vec<CertainCrossing> {
     if !ray.is_valid() {
         return Vec::new();
     }
-    let pieces = profile.pieces();
-    let line = Line::new(pieces, ray);
+    solve(profile.pieces(), &Line::new(profile.pieces(), ray))
+}
+
+/// As [`certain_crossings`] for a ray of the world and a placed profile. The change of frame is not rounded: the surface is that
+/// of the points x for which Rᵀ(x − T) lies on the profile scaled by s, with R, T and s as they are stored.
+pub fn placed_crossings(
+    profile: &Profile,
+    placement: &Placement,
+    ray: &Ray,
+) -> Vec<CertainCrossing> {
+    if !ray.is_valid() {
+        return Vec::new();
+    }
+    solve(
+        profile.pieces(),
+        &Line::placed(profile.pieces(), placement, ray),
+    )
+}
+
+fn solve(pieces: &[Piece], line: &Line) -> Vec<CertainCrossing> {
     let mut found = Vec::new();
     let closed = is_closed(pieces);
-    let mut joint_met = closed && ends_in_root(&line, pieces);
+    let mut joint_met = closed && ends_in_root(line, pieces);
     for (index, piece) in pieces.iter().enumerate() {
-        let curve = Curve::new(&line, piece);
+        let curve = Curve::new(line, piece);
         if curve.is_degenerate() {
             continue;
         }
@@ -93,7 +115,9 @@ struct Curve {
 impl Curve {
     fn new(line: &Line, piece: &Piece) -> Self {
         let whole = |values: &[f64; 4]| {
-            Polynomial::cubic(&values.map(|v| Dyadic::from_f64(v).at(line.length)))
+            Polynomial::cubic(
+                &values.map(|v| Dyadic::from_f64(v).times(&line.scale).at(line.length)),
+            )
         };
         Self {
             radius: whole(&piece.radius),
@@ -110,6 +134,8 @@ impl Curve {
 struct Line {
     length: i64,
     speed: i64,
+    /// Factor of the profile.
+    scale: Dyadic,
     origin: [BigInt; 3],
     direction: [BigInt; 3],
     low: Option<Dyadic>,
@@ -118,17 +144,43 @@ struct Line {
 
 impl Line {
     fn new(pieces: &[Piece], ray: &Ray) -> Self {
+        let whole = |v: DVec3| v.to_array().map(Dyadic::from_f64);
+        let one = Dyadic::from_f64(1.0);
+        Self::from_parts(pieces, one, whole(ray.origin), whole(ray.direction), ray)
+    }
+
+    fn placed(pieces: &[Piece], placement: &Placement, ray: &Ray) -> Self {
+        let whole = |v: DVec3| v.to_array().map(Dyadic::from_f64);
+        let [from, to] = [whole(ray.origin), whole(placement.translate)];
+        let offset = [0, 1, 2].map(|i| from[i].plus(&to[i].negated()));
+        let direction = whole(ray.direction);
+        let r = &placement.rotation;
+        let axes = [r.x_axis, r.y_axis, r.z_axis].map(whole);
+        let turned = |v: &[Dyadic; 3]| axes.each_ref().map(|axis| dot(axis, v));
+        let scale = Dyadic::from_f64(placement.scale);
+        Self::from_parts(pieces, scale, turned(&offset), turned(&direction), ray)
+    }
+
+    fn from_parts(
+        pieces: &[Piece],
+        scale: Dyadic,
+        origin: [Dyadic; 3],
+        direction: [Dyadic; 3],
+        ray: &Ray,
+    ) -> Self {
         let controls = pieces.iter().flat_map(|p| p.radius.iter().chain(&p.height));
-        let origin = ray.origin.to_array();
-        let direction = ray.direction.to_array();
-        let length = least_exponent(origin.iter().chain(controls));
+        let controls: Vec<Dyadic> = controls
+            .map(|&v| Dyadic::from_f64(v).times(&scale))
+            .collect();
+        let length = least_exponent(origin.iter().chain(&controls));
         let speed = least_exponent(direction.iter());
         let limit = |t: f64| t.is_finite().then(|| Dyadic::from_f64(t));
         Self {
             length,
             speed,
-            origin: origin.map(|x| Dyadic::from_f64(x).at(length)),
-            direction: direction.map(|x| Dyadic::from_f64(x).at(speed)),
+            scale,
+            origin: origin.map(|x| x.at(length)),
+            direction: direction.map(|x| x.at(speed)),
             low: limit(ray.t_min),
             high: limit(ray.t_max),
         }
@@ -167,39 +219,41 @@ impl Line {
         } else {
             self.sloping_time(curve, root).into_iter().collect()
         };
-        for (t, factor) in times {
+        for (t, bracket, factor) in times {
             let u = root.to_f64();
             found.push(CertainCrossing {
                 crossing: Crossing { t, piece, u },
                 multiplicity: root.multiplicity() * factor,
+                bracket,
             });
         }
     }
 
     /// t = (h − o_y)/d_y, where it is in range.
-    fn sloping_time(&self, curve: &Curve, root: &mut Root) -> Option<(f64, u32)> {
+    fn sloping_time(&self, curve: &Curve, root: &mut Root) -> Option<Time> {
         let dy = Dyadic::new(self.direction[1].clone(), self.speed);
         let rise = curve.height.affine(&BigInt::from(1), &-&self.origin[1]);
-        let mut above = |limit: &Option<Dyadic>| {
-            limit.as_ref().map(|limit| {
-                let step = dy.times(limit);
-                let unit = self.length.min(step.exponent);
-                let scale = BigInt::from(1) << (self.length - unit) as u64;
-                let excess = rise.affine(&scale, &-step.at(unit));
-                root.sign_of(&excess) * sign(&dy.mantissa)
-            })
+        let sign_above = |root: &mut Root, limit: &Dyadic| {
+            let step = dy.times(limit);
+            let unit = self.length.min(step.exponent);
+            let scale = BigInt::from(1) << (self.length - unit) as u64;
+            let excess = rise.affine(&scale, &-step.at(unit));
+            root.sign_of(&excess) * sign(&dy.mantissa)
         };
+        let mut above =
+            |limit: &Option<Dyadic>| limit.as_ref().map(|limit| sign_above(root, limit));
         let inside =
             above(&self.low).is_none_or(|s| s > 0) && above(&self.high).is_none_or(|s| s < 0);
         inside.then(|| {
             let mut value = root.value_of(&rise);
             value.exponent += self.length;
-            (value.over(&dy), 1)
+            let t = value.over(&dy);
+            (t, bracket(t, |limit| sign_above(root, limit)), 1)
         })
     }
 
     /// The solutions t of a t² + 2 b t + c − r² = 0 in the plane h = o_y that are in range, each with its multiplicity.
-    fn level_times(&self, curve: &Curve, root: &mut Root) -> Vec<(f64, u32)> {
+    fn level_times(&self, curve: &Curve, root: &mut Root) -> Vec<Time> {
         let [ox, _, oz] = &self.origin;
         let [dx, _, dz] = &self.direction;
         let a = dx * dx + dz * dz;
@@ -231,7 +285,8 @@ impl Line {
         times
             .map(|branch| {
                 let t = level.time(branch, &product, root);
-                (t, if size == 0 { 2 } else { 1 })
+                let bounds = bracket(t, |limit| level.sign_above(branch, limit, root));
+                (t, bounds, if size == 0 { 2 } else { 1 })
             })
             .collect()
     }
@@ -283,10 +338,16 @@ impl Level<'_> {
     }
 }
 
+/// A parameter t, the numbers next to it, and its multiplicity.
+type Time = (f64, [f64; 2], u32);
+
+fn dot(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> Dyadic {
+    let [x, y, z] = [0, 1, 2].map(|i| a[i].times(&b[i]));
+    x.plus(&y).plus(&z)
+}
+
 /// The least exponent of the non-zero numbers, or 0.
-fn least_exponent<'a>(values: impl Iterator<Item = &'a f64>) -> i64 {
-    let exponents = values
-        .filter(|&&v| v != 0.0)
-        .map(|&v| Dyadic::from_f64(v).exponent);
+fn least_exponent<'a>(values: impl Iterator<Item = &'a Dyadic>) -> i64 {
+    let exponents = values.filter(|v| !v.mantissa.is_zero()).map(|v| v.exponent);
     exponents.min().unwrap_or(0)
 }

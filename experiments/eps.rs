@@ -127,8 +127,7 @@ impl Departure {
     /// The certified start.
     fn certified(&self, surface: &Revolution, work: &mut Work) -> Ray {
         let side = self.hit.side_met(-self.direction);
-        let start = surface.start(&self.hit, side, self.direction, work);
-        Ray::new(start, self.direction)
+        surface.leave(&self.hit, side, self.direction, work)
     }
 
     fn leave(&self, offset: f64) -> Ray {

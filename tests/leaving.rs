@@ -201,7 +201,7 @@ fn certified(
     direction: DVec3,
     work: &mut Work,
 ) -> DVec3 {
-    shape.start(hit, side, direction, work)
+    shape.leave(hit, side, direction, work).origin
 }
 
 /// The offset alone, as if every surface were flat and alone.
@@ -452,8 +452,7 @@ fn a_ray_that_leaves_tangentially_meets_nothing() {
         let tangent = DVec3::new(away.z, 0.0, -away.x);
         for lean in [0.0, 1e-17, -1e-17] {
             let direction = (tangent + lean * hit.normal).normalize();
-            let start = drum.start(&hit, Side::Front, direction, &mut work);
-            let next = Ray::new(start, direction);
+            let next = drum.leave(&hit, Side::Front, direction, &mut work);
             assert_eq!(drum.nearest(&next, &Solver::Exact, &mut work), None);
         }
     }

@@ -67,12 +67,12 @@ impl Shape {
 
     /// The ray that leaves a hit of this shape on a side of it, along `direction`.
     ///
-    /// It starts on that side, next to the hit's own sheet, with proof: see [`Revolution::start`]; for the other shapes the bound
+    /// It starts on that side, next to the hit's own sheet, with proof: see [`Revolution::leave`]; for the other shapes the bound
     /// of the hit's error is the proof. What cannot be separated (a sphere or a wall thinner than the rounding of its place) is
     /// counted in [`Work::unseparated`]. Not promised: that another object nearer than some bounds of the error is not jumped.
     pub fn leave(&self, hit: &Hit, side: Side, direction: DVec3, work: &mut Work) -> Ray {
         let start = match self {
-            Self::Revolution(shape) => shape.start(hit, side, direction, work),
+            Self::Revolution(shape) => return shape.leave(hit, side, direction, work),
             Self::Sphere(shape) => {
                 let depth = 2.0 * OFFSET_IN_ERRORS * hit.error;
                 work.unseparated += u64::from(side == Side::Back && depth >= shape.radius);

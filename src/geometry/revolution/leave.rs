@@ -29,9 +29,9 @@ const AT_A_JOINT: f64 = 1e-12;
 const MOST_PIECES: usize = 4;
 
 impl Revolution {
-    /// A start for a ray that leaves `hit` on a side along `direction`.
+    /// The ray that leaves `hit` on a side, along `direction`.
     ///
-    /// **What is proven.** Let p be the start as the solvers see it: its image in the profile's frame, with the roundings on the
+    /// **What is proven.** Let p be its origin as the solvers see it: its image in the profile's frame, with the roundings on the
     /// way there. The exact surface has no point between p and the hit's own sheet, and p lies on that side of it. For a closed
     /// profile that does not cut itself this is membership: p is outside on the front, inside on the back. So a certified solver
     /// neither meets the sheet that the ray leaves nor skips another one.
@@ -43,7 +43,11 @@ impl Revolution {
     ///
     /// What no start separates is counted in [`Work::unseparated`], and the standard start returned. Not promised: the side of
     /// other objects, and the side that `hit` was met on where the ray was tangent to within rounding.
-    pub fn start(&self, hit: &Hit, side: Side, direction: DVec3, work: &mut Work) -> DVec3 {
+    pub fn leave(&self, hit: &Hit, side: Side, direction: DVec3, work: &mut Work) -> Ray {
+        Ray::new(self.start(hit, side, direction, work), direction)
+    }
+
+    fn start(&self, hit: &Hit, side: Side, direction: DVec3, work: &mut Work) -> DVec3 {
         let standard = hit.beside(side);
         if self.clearance().holds(hit.piece, hit.u) {
             return standard;

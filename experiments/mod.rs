@@ -8,6 +8,7 @@ pub mod formula_audit;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
+pub mod watertight;
 
 use crate::lab::experiment::Experiment;
 
@@ -15,6 +16,7 @@ use crate::lab::experiment::Experiment;
 pub const ALL: &[Experiment] = &[
     newton_seeds::EXPERIMENT,
     eps::EXPERIMENT,
+    watertight::EXPERIMENT,
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,

@@ -8,12 +8,14 @@ pub mod formula_audit;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
+pub mod solvers;
 pub mod watertight;
 
 use crate::lab::experiment::Experiment;
 
 /// All experiments, in the order of the page.
 pub const ALL: &[Experiment] = &[
+    solvers::EXPERIMENT,
     newton_seeds::EXPERIMENT,
     eps::EXPERIMENT,
     watertight::EXPERIMENT,

@@ -15,6 +15,8 @@ const GLASS: f64 = 1.5;
 const MOST_EVENTS: u64 = 64;
 /// A hit from the wrong side within this many error bounds of the start is one of the sheet that the ray leaves.
 const NEAR_IN_ERRORS: f64 = 64.0;
+/// The middle of a straight part shorter than this share of the profile's size may round to the surface.
+const SHORT: f64 = 1e-6;
 /// Rays by which paths begin.
 const FAMILIES: [Family; 5] = [
     Family::Random,
@@ -38,7 +40,7 @@ pub(super) fn run(solid: &Revolution, count: u64, seed: u64) -> Tally {
             let mut path = Path {
                 solid,
                 ray,
-                inside: false,
+                inside: solid.membership(ray.origin) == Membership::Inside,
                 left: None,
             };
             let events = 0..MOST_EVENTS;
@@ -69,7 +71,7 @@ impl Path<'_> {
             return false;
         };
         tally.bounces += 1;
-        if !self.keeps_its_side(0.5 * crossing.t) {
+        if self.is_long(crossing.t) && !self.keeps_its_side(0.5 * crossing.t) {
             tally.leaks += 1;
             return false;
         }
@@ -109,6 +111,13 @@ impl Path<'_> {
         let right = self.keeps_its_side(0.0);
         tally.leaks += u64::from(!right);
         right
+    }
+
+    /// Whether the middle of a straight part is clear of the surface, beyond rounding.
+    fn is_long(&self, t: f64) -> bool {
+        let (radius, height) = self.solid.profile().control_size();
+        let size = self.solid.placement().scale * (radius + height);
+        t * self.ray.direction.length() > SHORT * size
     }
 
     /// Whether the point of the ray is on the path's side, in the frame and with the rounding that the solver has.

@@ -2,13 +2,15 @@
 
 pub mod bernstein;
 mod clearance;
+pub mod clipping;
+mod edge;
 pub mod exact;
 mod leave;
 pub mod membership;
 pub mod newton;
 mod placement;
 
-use super::bounds::{Aabb, Cylinder};
+use super::bounds::{Aabb, Bounding, Cylinder, Volume};
 use super::hit::{Crossing, Hit};
 use super::profile::{Piece, Profile};
 use super::ray::Ray;
@@ -16,6 +18,7 @@ use super::sphere::azimuth;
 use crate::numeric::work::Work;
 use bernstein::Undecided;
 use clearance::Clearance;
+use clipping::ClippingSettings;
 use glam::{DVec2, DVec3};
 use newton::NewtonSettings;
 pub use placement::Placement;
@@ -28,6 +31,8 @@ pub enum Solver {
     Bernstein,
     /// Newton's method in (t, u, θ) from many starts: the original's method, an object of study.
     Newton(NewtonSettings),
+    /// Bezier clipping in f64: the classical robust rival, without a net.
+    Clipping(ClippingSettings),
     /// Exact arithmetic: slow, the oracle.
     Exact,
 }
@@ -38,6 +43,7 @@ pub struct Revolution {
     profile: Profile,
     placement: Placement,
     cylinder: Cylinder,
+    volume: Volume,
     prepared: bernstein::Prepared,
     /// Bound of the distance of a computed surface point from the surface, world units.
     error: f64,
@@ -52,11 +58,21 @@ impl Revolution {
         let error = point_error(&profile, &placement);
         Self {
             prepared: bernstein::Prepared::new(&profile),
+            volume: Volume::Cylinder(cylinder),
             profile,
             placement,
             cylinder,
             error,
             clearance: OnceLock::new(),
+        }
+    }
+
+    /// The same surface behind another bounding volume: the same hits at another cost.
+    #[must_use]
+    pub fn bounded_by(self, kind: Bounding) -> Self {
+        Self {
+            volume: Volume::new(kind, &self.profile),
+            ..self
         }
     }
 
@@ -86,6 +102,11 @@ impl Revolution {
             Solver::Newton(settings) => newton::crossings(&self.profile, settings, &local, work)
                 .first()
                 .copied(),
+            Solver::Clipping(settings) => {
+                clipping::crossings(&self.profile, settings, &local, work)
+                    .first()
+                    .copied()
+            }
             Solver::Exact => exact::crossings(&self.profile, &local).first().copied(),
         }
     }
@@ -101,6 +122,9 @@ impl Revolution {
                 .crossings(&local, interval, work)
                 .unwrap_or_else(|Undecided| self.exactly(&local, work)),
             Solver::Newton(settings) => newton::crossings(&self.profile, settings, &local, work),
+            Solver::Clipping(settings) => {
+                clipping::crossings(&self.profile, settings, &local, work)
+            }
             Solver::Exact => exact::crossings(&self.profile, &local),
         }
     }
@@ -112,17 +136,20 @@ impl Revolution {
         exact::crossings(&self.profile, local)
     }
 
-    /// The ray in the profile's frame with its interval in the bounding cylinder, if it may meet the surface at all.
+    /// The ray in the profile's frame with its interval in the bounding volume, if it may meet the surface at all.
     #[inline]
     fn enter(&self, ray: &Ray, work: &mut Work) -> Option<(Ray, (f64, f64))> {
         if !ray.is_valid() {
             return None;
         }
         let local = self.placement.ray_to_local(ray);
-        let (low, high) = self.cylinder.interval(&local)?;
-        if high <= ray.t_min || low >= ray.t_max || !local.is_valid() {
+        work.bounds_tests += self.volume.tests();
+        let met = self.volume.interval(&local);
+        let met = met.filter(|&(low, high)| !(high <= ray.t_min || low >= ray.t_max));
+        let Some((low, high)) = met.filter(|_| local.is_valid()) else {
+            work.bounds_culled += 1;
             return None;
-        }
+        };
         work.solver_calls += 1;
         Some((local, (low, high)))
     }
@@ -131,7 +158,9 @@ impl Revolution {
     ///
     /// The point is S(u, θ), placed, with θ from the ray's point: it lies on the surface to within [`Hit::error`] however wrong
     /// t is.
+    /// At a sharp edge the crossing is given to the piece that the ray faces.
     pub fn hit(&self, ray: &Ray, crossing: Crossing) -> Hit {
+        let crossing = self.faced(ray, crossing);
         let local = self.placement.ray_to_local(ray).at(crossing.t);
         let piece = &self.profile.pieces()[crossing.piece as usize];
         let (radius, height) = {

@@ -196,14 +196,19 @@ pub fn all_crossings(scene: &Scene, ray: &Ray) -> Vec<Met> {
 fn crossings(shape: &Shape, ray: &Ray) -> Vec<(Crossing, Time)> {
     let flat = match shape {
         Shape::Revolution(shape) => {
-            let all = exact::placed_crossings(shape.profile(), shape.placement(), ray);
+            let all = exact::certified_placed(shape.profile(), shape.placement(), ray);
             let with_time = all.into_iter().map(|certain| {
                 let time = Time {
-                    t: certain.crossing.t,
-                    bracket: certain.bracket,
+                    t: certain.t,
+                    bracket: [certain.t_low, certain.t_high],
                     multiplicity: certain.multiplicity,
                 };
-                (certain.crossing, time)
+                let crossing = Crossing {
+                    t: certain.t,
+                    piece: certain.piece,
+                    u: certain.u,
+                };
+                (crossing, time)
             });
             return with_time.collect();
         }

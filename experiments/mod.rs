@@ -9,6 +9,7 @@ pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
 pub mod solvers;
+pub mod watertight;
 
 use crate::lab::experiment::Experiment;
 
@@ -17,6 +18,7 @@ pub const ALL: &[Experiment] = &[
     solvers::EXPERIMENT,
     newton_seeds::EXPERIMENT,
     eps::EXPERIMENT,
+    watertight::EXPERIMENT,
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,

@@ -7,7 +7,7 @@
 use super::film::Film;
 use super::scatter::{Interface, Lobes, reflect};
 use super::settings::Settings;
-use crate::geometry::hit::Hit;
+use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
@@ -159,7 +159,7 @@ impl Walk<'_> {
         let direction = self.ray.direction;
         let lobes = Lobes::at(self.scene, hit, direction);
         if let Some(interface) = lobes.interface {
-            self.cross(hit, &interface, stream);
+            self.cross(hit, lobes.side, &interface, stream, work);
             return true;
         }
         let diffuse = lobes.diffuse.max_element();
@@ -169,39 +169,47 @@ impl Walk<'_> {
         }
         let share = diffuse / (diffuse + mirror);
         if diffuse > 0.0 {
-            self.radiance += self.throughput * self.direct(hit, lobes.diffuse, share, stream, work);
+            self.radiance += self.throughput * self.direct(hit, &lobes, share, stream, work);
         }
-        let normal = hit.facing_normal(direction);
+        let normal = hit.normal_on(lobes.side);
         if share == 1.0 || stream.uniform() < share {
             let next = cosine_hemisphere(normal, stream.uniform2());
             let density = share * cosine_density(next.dot(normal));
             self.throughput *= lobes.diffuse / share;
-            self.ray = hit.leave(next);
+            self.ray = self.scene.leave(hit, lobes.side, next, work);
             self.scattered = Some(Scattered {
                 from: self.ray.origin,
                 density,
             });
         } else {
             self.throughput *= lobes.mirror / (1.0 - share);
-            self.ray = hit.leave(reflect(direction, normal));
+            let next = reflect(direction, normal);
+            self.ray = self.scene.leave(hit, lobes.side, next, work);
             self.scattered = None;
         }
         true
     }
 
     /// Reflects or refracts at random in proportion to the reflectance.
-    fn cross(&mut self, hit: &Hit, interface: &Interface, stream: &mut Stream) {
+    fn cross(
+        &mut self,
+        hit: &Hit,
+        side: Side,
+        interface: &Interface,
+        stream: &mut Stream,
+        work: &mut Work,
+    ) {
         let reflected = stream.uniform() < interface.reflectance;
-        let next = match interface.refracted {
+        let (next, side) = match interface.refracted {
             Some(refracted) if !reflected => {
                 self.throughput *= interface.radiance_scale;
                 self.index_squared *= interface.radiance_scale;
                 self.medium = interface.beyond;
-                refracted
+                (refracted, side.other())
             }
-            _ => reflect(self.ray.direction, hit.normal),
+            _ => (reflect(self.ray.direction, hit.normal), side),
         };
-        self.ray = hit.leave(next);
+        self.ray = self.scene.leave(hit, side, next, work);
         self.scattered = None;
     }
 
@@ -210,15 +218,15 @@ impl Walk<'_> {
     fn direct(
         &self,
         hit: &Hit,
-        reflectance: Rgb,
+        lobes: &Lobes,
         share: f64,
         stream: &mut Stream,
         work: &mut Work,
     ) -> Rgb {
         // Draw before any test, so that later numbers of the path do not depend on its outcome.
         let (choice, place) = (stream.uniform(), stream.uniform2());
-        let normal = hit.facing_normal(self.ray.direction);
-        let from = hit.leave(normal).origin;
+        let normal = hit.normal_on(lobes.side);
+        let from = self.scene.leave(hit, lobes.side, normal, work).origin;
         let lights = &self.scene.lights;
         let Some(light) = lights.choose(choice) else {
             return Rgb::ZERO;
@@ -236,7 +244,7 @@ impl Walk<'_> {
         } else {
             1.0
         };
-        weight / probability * reflectance / PI * irradiance
+        weight / probability * lobes.diffuse / PI * irradiance
     }
 
     /// Russian roulette on the path's weight; survivors carry more, so the mean is kept.

@@ -3,8 +3,10 @@
 pub mod agreement;
 pub mod analytic;
 pub mod cup;
+pub mod dose;
 pub mod eps;
 pub mod formula_audit;
+pub mod grazing;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
@@ -14,7 +16,9 @@ use crate::lab::experiment::Experiment;
 /// All experiments, in the order of the page.
 pub const ALL: &[Experiment] = &[
     newton_seeds::EXPERIMENT,
+    grazing::EXPERIMENT,
     eps::EXPERIMENT,
+    dose::EXPERIMENT,
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,

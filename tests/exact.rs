@@ -1,68 +1,55 @@
-//! Exact arithmetic: roots against planted ones and against a second route (Sturm) that shares no root-finding code.
+//! Exact arithmetic: roots against planted ones, and the two routes (Descartes with branches, Sturm with Tarski's queries) against
+//! each other on rays of every family.
 
+#[path = "solver/profiles.rs"]
+mod profiles;
+#[path = "solver/rays.rs"]
+mod rays;
+
+use glam::DVec3;
 use num_bigint::BigInt;
-use num_traits::{Signed, Zero};
-use photolathe::numeric::exact::{Dyadic, Polynomial};
+use num_traits::Zero;
+use photolathe::geometry::profile::{Piece, Profile};
+use photolathe::geometry::ray::Ray;
+use photolathe::geometry::revolution::exact::{Certified, Tally, certified, equations, recount};
+use photolathe::numeric::exact::{Branches, Dyadic, Polynomial, Root, Sturm};
 use photolathe::numeric::rng::{Purpose, Stream};
+use profiles::random_profile;
+use rays::{FAMILIES, Family};
+use std::rc::Rc;
 
-/// Number of distinct roots in [0, 1] by Sturm's theorem; roots at the ends are divided out first, since the theorem asks for
-/// ends that are no multiple roots.
+/// Number of distinct roots in [0, 1] by Sturm's theorem.
 fn sturm_count(polynomial: &Polynomial) -> usize {
-    let first = polynomial.coefficients();
-    let order = first.iter().take_while(|c| c.is_zero()).count();
-    if order > 0 {
-        return 1 + sturm_count(&Polynomial::new(first[order..].to_vec()));
-    }
-    let mut rest = polynomial.clone();
-    while !rest.is_zero() && rest.coefficients().iter().sum::<BigInt>().is_zero() {
-        rest = divided_by_one_minus_u(rest.coefficients());
-    }
-    if rest.degree() < polynomial.degree() {
-        return 1 + sturm_count(&rest);
-    }
-    let slope = polynomial.derivative();
-    let mut chain = vec![first.to_vec(), slope.coefficients().to_vec()];
-    while chain.last().is_some_and(|p| !p.is_empty()) {
-        let next = negative_remainder(&chain[chain.len() - 2], &chain[chain.len() - 1]);
-        chain.push(next);
-    }
-    let changes = |at: &dyn Fn(&Vec<BigInt>) -> BigInt| {
-        let values: Vec<BigInt> = chain.iter().map(at).filter(|v| !v.is_zero()).collect();
-        let pairs = values.windows(2);
-        pairs
-            .filter(|w| w[0].is_negative() != w[1].is_negative())
-            .count()
-    };
-    let at_zero = |p: &Vec<BigInt>| p.first().cloned().unwrap_or_default();
-    changes(&at_zero) - changes(&|p| p.iter().sum())
+    let zero = Dyadic::new(BigInt::zero(), 0);
+    let one = Dyadic::new(BigInt::from(1), 0);
+    let ends = [&zero, &one].map(|at| usize::from(is_root(polynomial, at)));
+    // Moved outward until the ends are no roots: no root of a polynomial that is zero at an end lies within 2^-400 of it here.
+    let near = [&zero, &one].map(|at| is_root(polynomial, at));
+    let hair = |at: &Dyadic, sign: i32| at.plus(&Dyadic::new(BigInt::from(sign), -400));
+    let low = if near[0] { hair(&zero, 1) } else { zero };
+    let high = if near[1] { hair(&one, -1) } else { one };
+    ends[0] + ends[1] + Sturm::new(polynomial).between(&low, &high) as usize
 }
 
-fn divided_by_one_minus_u(p: &[BigInt]) -> Polynomial {
-    let partial = p.iter().scan(BigInt::zero(), |sum, c| {
-        *sum += c;
-        Some(sum.clone())
-    });
-    Polynomial::new(partial.collect())
+fn is_root(polynomial: &Polynomial, at: &Dyadic) -> bool {
+    let bits = (-at.exponent).max(0) as u64;
+    polynomial
+        .scaled_value(&at.at(-(bits as i64)), bits)
+        .is_zero()
 }
 
-/// A positive multiple of −(a mod b).
-fn negative_remainder(a: &[BigInt], b: &[BigInt]) -> Vec<BigInt> {
-    let mut rest = a.to_vec();
-    let lead = &b[b.len() - 1];
-    while rest.len() >= b.len() {
-        let top = rest[rest.len() - 1].clone();
-        let offset = rest.len() - b.len();
-        for c in &mut rest {
-            *c *= lead.abs();
-        }
-        for (i, d) in b.iter().enumerate() {
-            rest[offset + i] -= d * &top * lead.signum();
-        }
-        while rest.last().is_some_and(Zero::is_zero) {
-            rest.pop();
-        }
+/// Sturm's count inside a root's isolating interval; an exact root is checked by its value.
+fn sturm_isolates(polynomial: &Polynomial, root: &Root) -> bool {
+    let [low, high] = root.interval();
+    if low == high {
+        return is_root(polynomial, &low);
     }
-    rest.into_iter().map(|c| -c).collect()
+    // The ends may be other roots, known exactly.
+    let ends = [&low, &high].map(|at| is_root(polynomial, at));
+    if ends.contains(&true) {
+        return true;
+    }
+    Sturm::new(polynomial).between(&low, &high) == 1
 }
 
 fn product(factors: &[Vec<i64>]) -> Polynomial {
@@ -142,4 +129,231 @@ fn quotients_and_roots_of_dyadic_numbers_round_to_nearest() {
         assert_eq!(x.plus(&y).to_f64(), a + b);
         assert_eq!(y.sqrt().to_f64(), b.sqrt());
     }
+}
+
+/// w² = a s against the expanded polynomial: same roots, same multiplicities, whichever branches hold them.
+#[test]
+fn branches_have_the_roots_of_the_expanded_polynomial() {
+    let mut parted = 0;
+    for index in 0..400 {
+        let mut stream = Stream::new(10, Purpose::Test, index);
+        let mut whole = |size: f64| BigInt::from(stream.range(-size, size).round() as i64);
+        let cubic = Polynomial::new((0..4).map(|_| whole(9.0) << 12).collect());
+        let square = Polynomial::new((0..7).map(|_| whole(9.0)).collect());
+        let factor = BigInt::from(index % 7 + 1);
+        let pair = Rc::new(Branches::new(cubic, square, factor));
+        let Some(mut found) = pair.roots() else {
+            continue;
+        };
+        let mut expected = pair.polynomial().roots();
+        parted += found.iter().filter(|r| r.branch().is_some()).count();
+        let list = |roots: &mut Vec<Root>| {
+            let mut list: Vec<(f64, u32)> = roots
+                .iter_mut()
+                .map(|r| (r.to_f64(), r.multiplicity()))
+                .collect();
+            list.sort_by(|a, b| a.0.total_cmp(&b.0));
+            list
+        };
+        let (found, expected) = (list(&mut found), list(&mut expected));
+        assert_eq!(found.len(), expected.len(), "{index}");
+        for (a, b) in found.iter().zip(&expected) {
+            assert!((a.0 - b.0).abs() < 1e-15 && a.1 == b.1, "{index}");
+        }
+    }
+    assert!(parted > 100, "{parted}");
+}
+
+fn tally(found: &[Certified], piece: u32) -> Tally {
+    let of_piece = found.iter().filter(|c| c.piece == piece);
+    Tally {
+        piece,
+        crossings: of_piece.clone().count() as u32,
+        multiplicity: of_piece.map(|c| c.multiplicity).sum(),
+    }
+}
+
+/// Asserts that both routes see the same crossings of every piece.
+#[track_caller]
+fn routes_agree(profile: &Profile, ray: &Ray, name: &str) -> usize {
+    let found = certified(profile, ray);
+    for expected in recount(profile, ray) {
+        assert_eq!(
+            tally(&found, expected.piece),
+            expected,
+            "{name}: {ray:?} {profile:?}"
+        );
+    }
+    for pair in found.windows(2) {
+        assert!(pair[0].t_low <= pair[1].t_low, "{name}");
+    }
+    for c in &found {
+        assert!(c.t_low <= c.t && c.t <= c.t_high, "{name}");
+        assert!(
+            c.t_high == c.t_low || c.t_high == c.t_low.next_up(),
+            "{name}"
+        );
+    }
+    found.len()
+}
+
+/// A ray of a family, now and then with a range that ends at one of its crossings.
+fn ranged(profile: &Profile, family: Family, index: u64) -> Ray {
+    let mut ray = rays::ray(profile, family, index);
+    if index % 3 == 0 {
+        let whole = Ray {
+            t_min: f64::NEG_INFINITY,
+            ..ray
+        };
+        let found = certified(profile, &whole);
+        if let Some(c) = found.get(index as usize % found.len().max(1)) {
+            (ray.t_min, ray.t_max) = if index % 2 == 0 {
+                (c.t_low, f64::INFINITY)
+            } else {
+                (f64::NEG_INFINITY, c.t_high)
+            };
+        }
+    }
+    ray
+}
+
+#[test]
+fn both_routes_count_the_same_crossings_of_every_family() {
+    let mut crossings = 0;
+    for profile in [Profile::cup(), Profile::hourglass()] {
+        for family in FAMILIES {
+            for index in 0..12 {
+                let ray = ranged(&profile, family, index);
+                crossings += routes_agree(&profile, &ray, &format!("{family:?} {index}"));
+            }
+        }
+    }
+    assert!(crossings > 400, "{crossings}");
+}
+
+#[test]
+fn both_routes_count_the_same_crossings_of_random_profiles() {
+    let mut crossings = 0;
+    for index in 0..20 {
+        let profile = random_profile(index);
+        for family in FAMILIES {
+            let ray = ranged(&profile, family, index);
+            crossings += routes_agree(&profile, &ray, &format!("{family:?} {index}"));
+        }
+    }
+    assert!(crossings > 300, "{crossings}");
+}
+
+/// Rays between points of a coarse grid on profiles of coarse control points: axis touches, joints, tangencies, rays within a piece.
+#[test]
+fn both_routes_count_the_same_crossings_of_degenerate_rays() {
+    let (mut crossings, mut multiple) = (0, 0);
+    for index in 0..600 {
+        let profile = random_profile(index);
+        let mut s = Stream::new(22, Purpose::Test, index);
+        let mut grid = || DVec3::from_array([0; 3].map(|_| s.range(-8.0, 8.0).round() / 4.0));
+        let pieces = profile.pieces();
+        let joint = pieces[index as usize % pieces.len()].point(3);
+        let from = DVec3::new(0.0, joint[1], joint[0]);
+        let origin = if index % 2 == 0 {
+            grid()
+        } else {
+            from - grid()
+        };
+        let mut ray = Ray::new(origin, from - origin);
+        if index % 4 > 1 {
+            ray.direction = grid();
+        }
+        match index % 5 {
+            0 => ray.direction.y = 0.0,
+            1 => (ray.origin.x, ray.direction.x) = (0.0, 0.0),
+            2 => (ray.direction.x, ray.direction.z) = (0.0, 0.0),
+            _ => {}
+        }
+        ray.t_min = f64::NEG_INFINITY;
+        crossings += routes_agree(&profile, &ray, &format!("{index}"));
+        multiple += certified(&profile, &ray)
+            .iter()
+            .filter(|c| c.multiplicity > 1)
+            .count();
+    }
+    assert!(crossings > 800 && multiple > 30, "{crossings} {multiple}");
+}
+
+#[test]
+fn both_routes_agree_on_rays_that_are_level_but_for_a_hair() {
+    for (index, power) in (1..=20).chain([50, 100, 200, 300, 308]).enumerate() {
+        for (name, profile) in [
+            ("cup", Profile::cup()),
+            ("random", random_profile(index as u64)),
+        ] {
+            for family in [Family::Level, Family::LevelAtJoint] {
+                let mut ray = rays::ray(&profile, family, index as u64);
+                ray.direction.y = libm::exp10(-f64::from(power));
+                routes_agree(&profile, &ray, &format!("{name} {family:?} 1e-{power}"));
+            }
+        }
+    }
+}
+
+/// Each isolating interval of the first route holds exactly one root by the second.
+#[test]
+fn sturm_counts_one_root_in_every_isolating_interval() {
+    let mut intervals = 0;
+    for index in 0..20 {
+        let profile = if index % 2 == 0 {
+            Profile::cup()
+        } else {
+            random_profile(index)
+        };
+        for family in FAMILIES {
+            let ray = rays::ray(&profile, family, index);
+            for (piece, equation) in equations(&profile, &ray) {
+                let roots = equation.roots();
+                for root in &roots {
+                    assert!(
+                        sturm_isolates(&equation, root),
+                        "{family:?} {index} {piece}"
+                    );
+                    intervals += 1;
+                }
+                if !equation.is_zero() {
+                    assert_eq!(roots.len(), sturm_count(&equation), "{family:?} {index}");
+                }
+            }
+        }
+    }
+    assert!(intervals > 250, "{intervals}");
+}
+
+/// The neighbours of t are told apart by the exact polynomial: on a ray with whole numbers t itself is known.
+#[test]
+fn the_interval_of_t_is_a_point_where_t_is_a_float_and_an_ulp_elsewhere() {
+    let bowl = Profile::new(vec![Piece {
+        radius: [0.0, 1.0, 2.0, 3.0],
+        height: [0.0, 0.0, 1.0, 3.0],
+    }])
+    .expect("one piece");
+    let found = |d: [f64; 3]| {
+        let direction = DVec3::from_array(d);
+        certified(
+            &bowl,
+            &Ray::new(DVec3::new(0.0, 0.75, 1.5) - 4.0 * direction, direction),
+        )
+    };
+    for d in [[0.0, -0.5, 0.0], [0.0, 0.0, 1.0]] {
+        assert!(found(d).iter().any(|c| (c.t_low, c.t_high) == (4.0, 4.0)));
+    }
+    // h = r²/3 and r = 3 − t/3... at height ½: r = √1.5, irrational.
+    let level = certified(&bowl, &Ray::new(DVec3::new(-3.0, 0.5, 0.0), DVec3::X));
+    for (c, exact) in level
+        .iter()
+        .zip([3.0 - 1.5_f64.sqrt(), 3.0 + 1.5_f64.sqrt()])
+    {
+        assert_eq!(c.t_high, c.t_low.next_up());
+        assert!((c.t - exact).abs() <= 4.0 * f64::EPSILON);
+        let above = |t: f64| (t - 3.0) * (t - 3.0) - 1.5;
+        assert!(above(c.t_low) * above(c.t_high) <= 1e-30);
+    }
+    assert_eq!(level.len(), 2);
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use photolathe::experiments::cup::random_ray;
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
-use photolathe::geometry::revolution::exact::{certain_crossings, crossings};
+use photolathe::geometry::revolution::exact::{certified, crossings};
 use photolathe::numeric::rng::{Purpose, Stream};
 
 fn profile(pieces: &[([f64; 4], [f64; 4])]) -> Profile {
@@ -21,7 +21,7 @@ fn times(profile: &Profile, ray: &Ray) -> Vec<f64> {
 }
 
 fn multiplicities(profile: &Profile, ray: &Ray) -> Vec<u32> {
-    let found = certain_crossings(profile, ray);
+    let found = certified(profile, ray);
     found.iter().map(|c| c.multiplicity).collect()
 }
 
@@ -378,10 +378,10 @@ fn random_rays_cross_the_cup_evenly_and_at_points_of_it() {
     let mut hits = 0;
     for index in 0..1500 {
         let ray = random_ray(&mut Stream::new(7, Purpose::Test, index));
-        let found = certain_crossings(&surface, &ray);
+        let found = certified(&surface, &ray);
         let total: u32 = found.iter().map(|c| c.multiplicity).sum();
         assert_eq!(total % 2, 0, "ray {index}");
-        for crossing in found.iter().map(|c| c.crossing) {
+        for crossing in found.iter() {
             let piece = surface.pieces()[crossing.piece as usize];
             let p = ray.at(crossing.t);
             let rho = (p.x * p.x + p.z * p.z).sqrt();

@@ -22,6 +22,7 @@ const TOY: Experiment = Experiment {
     method: "One number a run.",
     columns: &["index", "value", "render_s"],
     timed: false,
+    cpu_seconds: [1.0, 10.0, 100.0],
     plan: |_| (0..RUNS).map(|i| Run::new([("index", i.into())])).collect(),
     execute: |run, _, seed| {
         let start = Instant::now();
@@ -40,7 +41,7 @@ const TOY: Experiment = Experiment {
         let claim = Claim::null(subject(effort), estimate(mean, 0.037), 0.5, 1.0);
         Conclusion {
             claims: vec![claim],
-            plots: Vec::new(),
+            ..Conclusion::default()
         }
     },
 };
@@ -210,7 +211,7 @@ fn shifted(shift: fn(&Run, Effort, u64) -> anyhow::Result<Outcome>) -> Experimen
             };
             Conclusion {
                 claims: vec![Claim::null(subject(effort), estimate, 0.0, 10.0)],
-                plots: Vec::new(),
+                ..Conclusion::default()
             }
         },
         ..TOY

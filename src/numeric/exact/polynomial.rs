@@ -83,6 +83,18 @@ impl Polynomial {
         Self::new(result)
     }
 
+    /// Product.
+    #[must_use]
+    pub fn times(&self, other: &Self) -> Self {
+        let mut result = vec![BigInt::zero(); self.coefficients.len() + other.coefficients.len()];
+        for (i, a) in self.coefficients.iter().enumerate() {
+            for (j, b) in other.coefficients.iter().enumerate() {
+                result[i + j] += a * b;
+            }
+        }
+        Self::new(result)
+    }
+
     /// The derivative.
     #[must_use]
     pub fn derivative(&self) -> Self {
@@ -106,7 +118,8 @@ impl Polynomial {
     }
 
     /// The polynomial divided by the common divisor of its coefficients.
-    fn primitive(self) -> Self {
+    #[must_use]
+    pub fn primitive(self) -> Self {
         let mut content = BigInt::zero();
         for c in &self.coefficients {
             content = common_divisor(content, c.abs());
@@ -118,15 +131,18 @@ impl Polynomial {
         Self::new(parts.collect())
     }
 
-    /// A multiple, by a whole constant, of the remainder of division by `divisor`.
-    fn pseudo_remainder(&self, divisor: &Self) -> Self {
+    /// A multiple, by a positive whole constant, of the remainder of division by `divisor`.
+    #[must_use]
+    pub fn pseudo_remainder(&self, divisor: &Self) -> Self {
         let mut rest = self.coefficients.clone();
         let Some(lead) = divisor.coefficients.last() else {
             return self.clone();
         };
         while rest.len() >= divisor.coefficients.len() {
             let Some(top) = rest.pop() else { break };
-            rest.iter_mut().for_each(|c| *c *= lead);
+            let size = lead.abs();
+            rest.iter_mut().for_each(|c| *c *= &size);
+            let top = top * lead.signum();
             let offset = rest.len() + 1 - divisor.coefficients.len();
             for (i, d) in divisor.coefficients[..divisor.degree()].iter().enumerate() {
                 rest[offset + i] -= d * &top;
@@ -138,13 +154,39 @@ impl Polynomial {
     /// The greatest common divisor, with coefficients that have no common divisor.
     #[must_use]
     pub fn gcd(&self, other: &Self) -> Self {
-        let (mut a, mut b) = (self.clone().primitive(), other.clone().primitive());
+        let (long, short) = if self.degree() >= other.degree() {
+            (self, other)
+        } else {
+            (other, self)
+        };
+        let mut chain = long.remainders(short, 1);
+        chain
+            .pop()
+            .unwrap_or_else(|| Self::new(Vec::new()))
+            .primitive()
+    }
+
+    /// This, `next` (of no greater degree) and the remainders that follow, each times `sign` and a positive constant, up to the last
+    /// one that is not zero. Divided as subresultants (Brown and Traub 1971), so that coefficients grow only linearly.
+    pub(super) fn remainders(&self, next: &Self, sign: i32) -> Vec<Self> {
+        let mut chain = vec![self.clone()];
+        let (mut a, mut b) = (self.clone(), next.clone());
+        let (mut size, mut psi) = (BigInt::one(), BigInt::one());
         while !b.is_zero() {
-            let rest = a.pseudo_remainder(&b).primitive();
+            let gap = (a.degree() - b.degree()) as u32;
+            let rest = a.pseudo_remainder(&b);
+            let divisor = &size * psi.pow(gap);
+            let parts = rest.coefficients.iter().map(|c| c / &divisor * sign);
+            let rest = Self::new(parts.collect());
+            size = b.coefficients[b.degree()].abs();
+            if gap > 0 {
+                psi = size.pow(gap) / psi.pow(gap - 1);
+            }
+            chain.push(b.clone());
             a = b;
             b = rest;
         }
-        a.primitive()
+        chain
     }
 
     /// The quotient by a primitive `divisor` that divides this exactly.
@@ -187,7 +229,11 @@ impl Polynomial {
 
     /// Bernstein coefficients on [0, 1], times a positive whole number.
     pub fn bernstein(&self) -> Vec<BigInt> {
-        let n = self.degree();
+        self.bernstein_of_degree(self.degree())
+    }
+
+    /// Bernstein coefficients of degree `n`, not below this one's, times the least common multiple of the binomials C(n, k).
+    pub(super) fn bernstein_of_degree(&self, n: usize) -> Vec<BigInt> {
         let row = |n: usize| {
             (1..=n).fold(vec![BigInt::one()], |mut row, k| {
                 let next = &row[k - 1] * (n + 1 - k) / k;

@@ -1,6 +1,8 @@
-//! Isolation and refinement of the real roots in [0, 1].
+//! A real root in [0, 1], known by an interval that can be narrowed for ever.
 
+use super::branches::Branches;
 use super::dyadic::Dyadic;
+use super::modular::certainly_coprime;
 use super::polynomial::Polynomial;
 use super::sign;
 use num_bigint::BigInt;
@@ -9,122 +11,73 @@ use std::rc::Rc;
 
 /// Values taken at a root carry this many correct leading bits: eleven more than an f64 holds.
 const VALUE_BITS: u64 = 64;
-/// Bisection gives up at this depth and asks for the square-free factors: simple roots of ordinary input are apart long before.
-const FIRST_DEPTH: u64 = 48;
 /// A value still undecided on an interval this narrow (2⁻ⁿ) is tested for being exactly zero, once.
 const ZERO_TEST_BITS: u64 = 160;
 
-impl Polynomial {
-    /// The distinct real roots in [0, 1] with their multiplicities, in no special order. None for a constant.
-    pub fn roots(&self) -> Vec<Root> {
-        if self.degree() == 0 {
-            return Vec::new();
+/// What is zero at a root.
+#[derive(Clone, Debug)]
+pub(super) enum Equation {
+    /// A polynomial with one simple root in the interval.
+    Polynomial(Rc<Polynomial>),
+    /// The branch w = σ √(a s), σ = ±1, strictly monotone in the interval.
+    Branch(Rc<Branches>, i32),
+}
+
+impl Equation {
+    /// The sign at `numerator` / 2^`bits`.
+    pub(super) fn sign_at(&self, numerator: &BigInt, bits: u64) -> i32 {
+        match self {
+            Self::Polynomial(factor) => sign(&factor.scaled_value(numerator, bits)),
+            Self::Branch(pair, branch) => pair.sign_at(*branch, numerator, bits),
         }
-        if let Some(roots) = isolate(&Rc::new(self.clone()), None) {
-            return roots;
+    }
+
+    /// The polynomial that is zero at the root.
+    fn polynomial(&self) -> &Polynomial {
+        match self {
+            Self::Polynomial(factor) => factor,
+            Self::Branch(pair, _) => pair.polynomial(),
         }
-        let mut roots = Vec::new();
-        for (factor, multiplicity) in self.square_free() {
-            roots.extend(isolate(&Rc::new(factor), Some(multiplicity)).unwrap_or_default());
-        }
-        roots
+    }
+
+    /// Sizes of the two end values of [n, n + 1]/2^`bits`, for a guess of where between them the root lies.
+    fn end_sizes(&self, n: &BigInt, bits: u64) -> [BigInt; 2] {
+        let at = |p: &Polynomial| [n, &(n + 1_u32)].map(|n| p.scaled_value(n, bits));
+        let [low, high] = at(self.polynomial());
+        let ends = match self {
+            // Both branches between the ends: the mean of both, w, is the better guide.
+            Self::Branch(pair, _) if sign(&low) * sign(&high) >= 0 => at(pair.middle()),
+            _ => [low, high],
+        };
+        ends.map(|x| x.abs())
     }
 }
 
-/// Number of sign changes of a sequence, zeros left out.
-fn variations(coefficients: &[BigInt]) -> usize {
-    let signs = coefficients.iter().map(sign).filter(|&s| s != 0);
-    signs
-        .fold((0, 0), |(last, count), s| {
-            (s, count + usize::from(last * s < 0))
-        })
-        .1
-}
-
-/// Bernstein coefficients of both halves, times 2ⁿ.
-fn halves(mut row: Vec<BigInt>) -> (Vec<BigInt>, Vec<BigInt>) {
-    let n = row.len() - 1;
-    let (mut left, mut right) = (vec![&row[0] << n], vec![&row[n] << n]);
-    for step in 1..=n {
-        for i in 0..=n - step {
-            row[i] = &row[i] + &row[i + 1];
-        }
-        left.push(&row[0] << (n - step));
-        right.push(&row[n - step] << (n - step));
-    }
-    right.reverse();
-    (left, right)
-}
-
-fn leading_zeros<'a>(coefficients: impl Iterator<Item = &'a BigInt>) -> u32 {
-    coefficients.take_while(|c| c.is_zero()).count() as u32
-}
-
-/// Isolates the roots. With a `multiplicity` the factor is square-free and bisection goes as deep as it must;
-/// without, `None` is returned where roots are multiple or too close to tell soon.
-fn isolate(factor: &Rc<Polynomial>, multiplicity: Option<u32>) -> Option<Vec<Root>> {
-    let whole = factor.bernstein();
-    let mut roots = Vec::new();
-    let mut add = |numerator: BigInt, bits, exact, left, zeros| {
-        roots.push(Root {
-            factor: Rc::clone(factor),
-            numerator,
-            bits,
-            exact,
-            left,
-            multiplicity: multiplicity.unwrap_or(zeros),
-            stride: 1,
-        });
-    };
-    for (numerator, zeros) in [
-        (BigInt::zero(), leading_zeros(whole.iter())),
-        (BigInt::one(), leading_zeros(whole.iter().rev())),
-    ] {
-        if zeros > 0 {
-            add(numerator, 0, true, 0, zeros);
-        }
-    }
-    let mut stack = vec![(whole, BigInt::zero(), 0)];
-    while let Some((coefficients, numerator, bits)) = stack.pop() {
-        match variations(&coefficients) {
-            0 => {}
-            1 => {
-                let left = coefficients.iter().map(sign).find(|&s| s != 0);
-                add(numerator, bits, false, left.unwrap_or(0), 1);
-            }
-            _ if multiplicity.is_none() && bits >= FIRST_DEPTH => return None,
-            _ => {
-                let (left, right) = halves(coefficients);
-                let start: BigInt = numerator << 1;
-                let middle = &start + 1_u32;
-                let zeros = leading_zeros(right.iter());
-                if zeros > 0 {
-                    add(middle.clone(), bits + 1, true, 0, zeros);
-                }
-                stack.push((right, middle, bits + 1));
-                stack.push((left, start, bits + 1));
-            }
-        }
-    }
-    Some(roots)
-}
-
-/// A real root in [0, 1] of a polynomial: a dyadic number, or the only root inside an open interval.
+/// A real root in [0, 1]: a dyadic number, or the only root of its equation inside an open interval.
 #[derive(Clone, Debug)]
 pub struct Root {
-    factor: Rc<Polynomial>,
-    numerator: BigInt,
-    bits: u64,
-    exact: bool,
-    left: i32,
-    multiplicity: u32,
-    stride: u64,
+    pub(super) equation: Equation,
+    pub(super) numerator: BigInt,
+    pub(super) bits: u64,
+    pub(super) exact: bool,
+    /// Sign of the equation at the lower end.
+    pub(super) left: i32,
+    pub(super) multiplicity: u32,
+    pub(super) stride: u64,
 }
 
 impl Root {
     /// How many roots coincide here.
     pub fn multiplicity(&self) -> u32 {
         self.multiplicity
+    }
+
+    /// The sign of w at a root of w = ±√(a s) that was isolated as the root of one branch.
+    pub fn branch(&self) -> Option<i32> {
+        match self.equation {
+            Equation::Branch(_, branch) => Some(branch),
+            Equation::Polynomial(_) => None,
+        }
     }
 
     /// Whether the root is exactly this whole number.
@@ -190,12 +143,35 @@ impl Root {
         }
     }
 
-    /// Whether `polynomial` is exactly zero at the root: then, and only then, its common divisor with the factor changes sign.
+    /// Whether `polynomial` is exactly zero at the root: then, and only then, its common divisor with the equation is.
     fn is_root_of(&mut self, polynomial: &Polynomial) -> bool {
-        let common = self.factor.gcd(polynomial);
+        if certainly_coprime(self.equation.polynomial(), polynomial) {
+            return false;
+        }
+        let common = self.equation.polynomial().gcd(polynomial);
         if common.degree() == 0 {
             return false;
         }
+        match self.equation.clone() {
+            Equation::Polynomial(_) => self.changes_sign(&common, polynomial),
+            Equation::Branch(pair, branch) => {
+                let [low, high] = [0_u32, 1].map(|step| {
+                    let end = &self.numerator + step;
+                    Polynomial::new(vec![-end, BigInt::one() << self.bits])
+                });
+                let mut roots = common.roots().into_iter();
+                // The two roots of the pair in the interval differ by the sign of w.
+                roots.any(|mut root| {
+                    root.sign_of(&low) > 0
+                        && root.sign_of(&high) < 0
+                        && root.sign_of(pair.middle()) == branch
+                })
+            }
+        }
+    }
+
+    /// Whether a divisor of the equation changes sign in the interval, or `polynomial` is zero at the root now known exactly.
+    fn changes_sign(&mut self, common: &Polynomial, polynomial: &Polynomial) -> bool {
         while !self.exact {
             let low = common.scaled_value(&self.numerator, self.bits);
             let high = common.scaled_value(&(&self.numerator + 1_u32), self.bits);
@@ -249,7 +225,7 @@ impl Root {
     }
 
     /// 1 where the root lies above the point, −1 where below; a point that is the root becomes the exact root.
-    /// Points outside the interval or on its ends are told by their place, since the factor may vanish there too.
+    /// Points outside the interval or on its ends are told by their place, since the equation may be zero there too.
     fn side(&mut self, numerator: &BigInt, bits: u64) -> i32 {
         let shift = bits - self.bits;
         if numerator <= &(&self.numerator << shift) {
@@ -258,7 +234,7 @@ impl Root {
         if numerator >= &((&self.numerator + 1_u32) << shift) {
             return -1;
         }
-        match sign(&self.factor.scaled_value(numerator, bits)) {
+        match self.equation.sign_at(numerator, bits) {
             0 => {
                 self.numerator = numerator.clone();
                 self.bits = bits;
@@ -271,9 +247,7 @@ impl Root {
 
     /// The secant's root in parts of 2^−`stride` of the interval.
     fn secant(&self) -> BigInt {
-        let low = self.factor.scaled_value(&self.numerator, self.bits).abs();
-        let next = &self.numerator + 1_u32;
-        let high = self.factor.scaled_value(&next, self.bits).abs();
+        let [low, high] = self.equation.end_sizes(&self.numerator, self.bits);
         let total = &low + high;
         if total.is_zero() {
             return BigInt::one();

@@ -1,0 +1,196 @@
+//! Roots of w² = a s by the sign of w.
+//!
+//! Where a is small the roots come in pairs √a apart, and bisection must go as deep as that to part them. Each pair is a root of
+//! e₊ = w − √(a s) and one of e₋ = w + √(a s). On an interval where s > 0 and 4 s w′² > a s′² both are strictly monotone, so the
+//! signs at its ends tell whether each has its one root there, and every sign of e± is decided by the signs of w and of w² − a s.
+
+use super::isolate::{halves, leading_zeros, variations};
+use super::polynomial::Polynomial;
+use super::root::{Equation, Root};
+use super::sign;
+use num_bigint::BigInt;
+use num_traits::{One, Signed, Zero};
+use std::rc::Rc;
+
+/// Bisection gives up at this depth: only roots within 2⁻⁹⁶ of a root of s, or of w′, are not parted by then.
+const DEPTH: u64 = 96;
+
+/// The cubic w, the s of degree 6 and the whole number a > 0 of w² = a s.
+#[derive(Debug)]
+pub struct Branches {
+    middle: Polynomial,
+    square: Polynomial,
+    factor: BigInt,
+    difference: Rc<Polynomial>,
+}
+
+/// w and s in Bernstein form on an interval, on common scale.
+struct Part {
+    middle: Vec<BigInt>,
+    square: Vec<BigInt>,
+    numerator: BigInt,
+    bits: u64,
+}
+
+impl Branches {
+    /// The equation w² = a s, for w of degree ≤ 3, s of degree ≤ 6 and a > 0.
+    pub fn new(middle: Polynomial, square: Polynomial, factor: BigInt) -> Self {
+        let minus_one = -BigInt::one();
+        let zero = BigInt::zero();
+        let difference =
+            (square.affine(&factor, &zero)).plus(&middle.squared().affine(&minus_one, &zero));
+        Self {
+            middle,
+            square,
+            factor,
+            difference: Rc::new(difference),
+        }
+    }
+
+    /// w.
+    pub fn middle(&self) -> &Polynomial {
+        &self.middle
+    }
+
+    /// a s − w².
+    pub fn polynomial(&self) -> &Polynomial {
+        &self.difference
+    }
+
+    /// The sign of w − σ √(a s) where s ≥ 0.
+    pub(super) fn sign_at(&self, branch: i32, numerator: &BigInt, bits: u64) -> i32 {
+        let middle = sign(&self.middle.scaled_value(numerator, bits));
+        let difference = sign(&self.difference.scaled_value(numerator, bits));
+        sign_of_branch(branch, middle, difference)
+    }
+
+    /// The roots in [0, 1] with their multiplicities, or `None` where some cannot be told apart by branches.
+    pub fn roots(self: &Rc<Self>) -> Option<Vec<Root>> {
+        let whole = Part {
+            middle: self.middle.bernstein_of_degree(3),
+            square: self.square.bernstein_of_degree(6),
+            numerator: BigInt::zero(),
+            bits: 0,
+        };
+        let mut roots = Vec::new();
+        let ends = self.difference_of(&whole);
+        let zeros = [leading_zeros(ends.iter()), leading_zeros(ends.iter().rev())];
+        for (end, zeros) in (0_u32..).zip(zeros) {
+            self.add_exact(&mut roots, BigInt::from(end), 0, zeros);
+        }
+        let mut stack = vec![whole];
+        while let Some(part) = stack.pop() {
+            let difference = self.difference_of(&part);
+            if variations(&difference) == 0 {
+                continue;
+            }
+            if self.is_monotone(&part) {
+                self.add_branches(&mut roots, &part, &difference);
+                continue;
+            }
+            if part.bits >= DEPTH {
+                return None;
+            }
+            let start: BigInt = part.numerator << 1;
+            let middle = &start + 1_u32;
+            let bits = part.bits + 1;
+            let (w_left, w_right) = halves(part.middle);
+            let (s_left, s_right) = halves(part.square);
+            let right = Part {
+                middle: w_right,
+                square: s_right,
+                numerator: middle.clone(),
+                bits,
+            };
+            let zeros = leading_zeros(self.difference_of(&right).iter());
+            self.add_exact(&mut roots, middle, bits, zeros);
+            stack.push(right);
+            stack.push(Part {
+                middle: w_left,
+                square: s_left,
+                numerator: start,
+                bits,
+            });
+        }
+        Some(roots)
+    }
+
+    /// Bernstein coefficients of a s − w², times 540: w comes times 3 and s times 60.
+    fn difference_of(&self, part: &Part) -> Vec<BigInt> {
+        const CHOOSE: [u32; 4] = [1, 3, 3, 1];
+        const SHARE: [u32; 7] = [60, 10, 4, 3, 4, 10, 60];
+        let w = &part.middle;
+        let coefficient = |k: usize| -> BigInt {
+            let pairs = k.saturating_sub(3)..=k.min(3);
+            let square: BigInt = pairs
+                .map(|i| &w[i] * &w[k - i] * (CHOOSE[i] * CHOOSE[k - i]))
+                .sum();
+            &part.square[k] * &self.factor * 9_u32 - square * SHARE[k]
+        };
+        (0..7).map(coefficient).collect()
+    }
+
+    /// Whether s > 0 and both branches are strictly monotone, by the least and greatest coefficients:
+    /// |w′| ≥ 3 min |Δw| and |s′| ≤ 6 max |Δs|.
+    fn is_monotone(&self, part: &Part) -> bool {
+        let Some(least) = part.square.iter().min().filter(|s| s.is_positive()) else {
+            return false;
+        };
+        let steps = |c: &[BigInt]| -> Vec<BigInt> { c.windows(2).map(|p| &p[1] - &p[0]).collect() };
+        let climbs = steps(&part.middle);
+        let signs: Vec<i32> = climbs.iter().map(sign).collect();
+        if signs[0] == 0 || signs.iter().any(|&s| s != signs[0]) {
+            return false;
+        }
+        let slope = climbs.iter().map(|d| d.abs()).min().unwrap_or_default();
+        let spread = steps(&part.square)
+            .iter()
+            .map(|d| d.abs())
+            .max()
+            .unwrap_or_default();
+        least * &slope * &slope * 20_u32 > &spread * &spread * &self.factor * 3_u32
+    }
+
+    fn add_branches(self: &Rc<Self>, roots: &mut Vec<Root>, part: &Part, difference: &[BigInt]) {
+        for branch in [-1, 1] {
+            let [left, right] = [0, 1].map(|end: usize| {
+                let middle = sign(&part.middle[3 * end]);
+                sign_of_branch(branch, middle, sign(&difference[6 * end]))
+            });
+            if left * right < 0 {
+                roots.push(Root {
+                    equation: Equation::Branch(Rc::clone(self), branch),
+                    numerator: part.numerator.clone(),
+                    bits: part.bits,
+                    exact: false,
+                    left,
+                    multiplicity: 1,
+                    stride: 1,
+                });
+            }
+        }
+    }
+
+    fn add_exact(&self, roots: &mut Vec<Root>, numerator: BigInt, bits: u64, zeros: u32) {
+        if zeros > 0 {
+            roots.push(Root {
+                equation: Equation::Polynomial(Rc::clone(&self.difference)),
+                numerator,
+                bits,
+                exact: true,
+                left: 0,
+                multiplicity: zeros,
+                stride: 1,
+            });
+        }
+    }
+}
+
+/// The sign of w − σ √(a s) from those of w and of a s − w².
+fn sign_of_branch(branch: i32, middle: i32, difference: i32) -> i32 {
+    match difference {
+        0 if middle == branch => 0,
+        1 => -branch,
+        _ => middle,
+    }
+}

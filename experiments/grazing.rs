@@ -7,7 +7,7 @@ use crate::geometry::hit::Crossing;
 use crate::geometry::ray::Ray;
 use crate::geometry::revolution::newton::NewtonSettings;
 use crate::geometry::revolution::{Revolution, Solver, exact};
-use crate::lab::experiment::{Effort, Experiment, Outcome, Run};
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, grid, values};
 use crate::lab::table::Value;
 use crate::numeric::clock::ThreadClock;
 use crate::numeric::rng::{Purpose, Stream};
@@ -47,6 +47,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "ns_per_ray",
     ],
     timed: true,
+    cpu_seconds: [2.6, 65.0, 1300.0],
     plan,
     execute,
     conclude: conclusion::conclude,
@@ -63,28 +64,16 @@ fn tilts() -> impl Iterator<Item = f64> {
 }
 
 fn plan(_: Effort) -> Vec<Run> {
-    let mut runs = Vec::new();
-    for name in SURFACES {
-        for family in Family::ALL {
-            for tilt in tilts() {
-                runs.push(Run::new([
-                    ("surface", name.into()),
-                    ("family", family.name().into()),
-                    ("tilt", tilt.into()),
-                ]));
-            }
-        }
-    }
-    runs
+    grid([
+        ("surface", values(SURFACES)),
+        ("family", values(Family::ALL.map(Family::name))),
+        ("tilt", values(tilts())),
+    ])
 }
 
 /// Exact arithmetic costs about 200 µs a ray, four Newton solvers as much again.
 fn rays(effort: Effort) -> u64 {
-    match effort {
-        Effort::Smoke => 40,
-        Effort::Standard => 1_000,
-        Effort::Full => 20_000,
-    }
+    effort.of([40, 1_000, 20_000])
 }
 
 /// A solver under test, with the relative residual that it accepts.
@@ -206,12 +195,8 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
             score.judge(case, found, entry.tolerance * (radius + height));
         }
         let errors = sorted(score.errors.into_iter());
-        let parameters = run.parameters.iter().map(|(_, value)| value.clone());
-        let mut row: Vec<Value> = [Value::from(entry.name)]
-            .into_iter()
-            .chain(parameters)
-            .collect();
-        row.extend([
+        let mut row = vec![Value::from(entry.name)];
+        row.extend(run.row([
             cases.len().into(),
             score.hits.into(),
             score.miss.into(),
@@ -223,7 +208,7 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
             quantile(&errors, 1.0).into(),
             work.solver_fallbacks.into(),
             (seconds * 1e9 / cases.len() as f64).into(),
-        ]);
+        ]));
         outcome.rows.push(row);
         outcome.work += work;
     }

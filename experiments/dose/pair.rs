@@ -4,11 +4,11 @@ use super::method::Method;
 use crate::geometry::hit::Hit;
 use crate::geometry::ray::Ray;
 use crate::numeric::work::Work;
-use crate::render::path::{Event, PathTracer, Step, leave};
+use crate::render::path::{Event, PathTracer, Step, leave_at};
 use crate::scene::{Rgb, Scene};
 use glam::DVec3;
 
-/// Depths that are told apart: 0, 1, 2 and more specular events.
+/// Depths that are told apart: 0, 1, 2, and 3 or more specular events.
 pub(super) const DEPTHS: usize = 4;
 
 /// An answer further than this from the true point is another crossing even on the same piece and side, world units: half the
@@ -29,11 +29,6 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    /// Faults of all kinds.
-    pub(super) fn all(&self) -> u64 {
-        self.miss + self.phantom + self.wrong
-    }
-
     fn judge(&mut self, truth: Option<Answer>, found: Option<Answer>) {
         self.queries += 1;
         match (truth, found) {
@@ -67,7 +62,7 @@ pub(super) enum Flip {
     None,
     /// Same events, but light that one sees is hidden from the other.
     Light,
-    /// Other events, after so many specular ones (3 stands for more).
+    /// Other events, after so many specular ones; the last depth stands for more.
     Events(usize),
 }
 
@@ -118,18 +113,26 @@ impl Tracer<'_> {
         let mut depth = 0;
         let mut before: Option<Hit> = None;
         for step in steps {
-            let start =
-                |offset| before.map_or(step.ray, |hit| leave(&hit, step.ray.direction, offset));
             let mut work = Work::default();
-            let truth = ask(self.scene, self.cup, &start(None), 1, &mut work);
+            let truth = ask(self.scene, self.cup, &step.ray, 1, &mut work);
             let starts_here = before.is_some_and(|hit| hit.object == self.cup);
             if work.solver_calls > 0 && !(starts_here && self.method.moves_the_surface()) {
-                let (scene, ray) = (&self.method.scene, start(self.method.offset));
+                let (scene, ray) = (&self.method.scene, self.start(step, before));
                 let found = ask(scene, self.cup, &ray, self.method.fineness, &mut work);
                 faults[depth].judge(truth, found);
             }
             depth = deeper(depth, step.event);
             before = step.hit;
+        }
+    }
+
+    /// The ray with which the method would ask, coming from the true path's hit.
+    fn start(&self, step: &Step, before: Option<Hit>) -> Ray {
+        let direction = step.ray.direction;
+        match before.zip(self.method.offset) {
+            None => step.ray,
+            // It leaves on the side on which a ray against it would arrive.
+            Some((hit, offset)) => leave_at(&hit, hit.side_met(-direction), direction, offset),
         }
     }
 

@@ -6,10 +6,11 @@ use crate::lab::claim::{Claim, Estimate, Subject};
 use crate::lab::experiment::{Conclusion, Effort};
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::lab::table::Table;
-use crate::numeric::statistics::{Fit, binomial_interval, fit_line};
+use crate::numeric::statistics::{Fit, fit_line};
+use serde::Deserialize;
 
-/// A solver's cell as numbers.
-#[derive(Clone, Copy)]
+/// A solver's cell.
+#[derive(Clone, Copy, Deserialize)]
 struct Cell {
     tilt: f64,
     rays: f64,
@@ -17,48 +18,16 @@ struct Cell {
     phantom: f64,
     wrong: f64,
     separation: f64,
-    error: f64,
+    median_t_error: f64,
     fallbacks: f64,
     ns_per_ray: f64,
 }
 
 fn cells(table: &Table, solver: &str, surface: &str, family: Family) -> Vec<Cell> {
-    let names = [
-        "tilt",
-        "rays",
-        "miss",
-        "phantom",
-        "wrong",
-        "separation",
-        "median_t_error",
-        "fallbacks",
-        "ns_per_ray",
-    ];
-    let part = (table.filter("solver", &solver.into()))
+    (table.filter("solver", &solver.into()))
         .filter("surface", &surface.into())
-        .filter("family", &family.name().into());
-    let cell = |[
-        tilt,
-        rays,
-        miss,
-        phantom,
-        wrong,
-        separation,
-        error,
-        fallbacks,
-        ns,
-    ]: [f64; 9]| Cell {
-        tilt,
-        rays,
-        miss,
-        phantom,
-        wrong,
-        separation,
-        error,
-        fallbacks,
-        ns_per_ray: ns,
-    };
-    part.select(names).into_iter().map(cell).collect()
+        .filter("family", &family.name().into())
+        .read()
 }
 
 /// The cells of both surfaces and all families.
@@ -79,13 +48,7 @@ const TOUCHING: f64 = 1e-9;
 const STEEP: f64 = 1e-4;
 
 pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
-    let subject = |claim, statement| Subject {
-        experiment: EXPERIMENT.name,
-        claim,
-        statement,
-        decided_at: Effort::Smoke,
-        effort,
-    };
+    let subject = |claim, statement| EXPERIMENT.subject(claim, statement, Effort::Smoke, effort);
     let mut claims = vec![no_failure(table, &subject)];
     claims.extend(laws(table, &subject));
     claims.extend(phantoms(table, &subject));
@@ -96,7 +59,11 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
         fallback_plot(table),
         cost_plot(table),
     ];
-    Conclusion { claims, plots }
+    Conclusion {
+        claims,
+        plots,
+        ..Conclusion::default()
+    }
 }
 
 /// Names a claim and its statement.
@@ -157,7 +124,12 @@ fn laws(table: &Table, subject: &Named) -> Vec<Claim> {
         estimate(slope(|surface| {
             let scaled = |tolerance: f64| {
                 let cells = cells(table, &newton_name(tolerance), surface, family);
-                let point = move |c: &Cell| (c.tilt / scale(tolerance), c.error / tolerance.sqrt());
+                let point = move |c: &Cell| {
+                    (
+                        c.tilt / scale(tolerance),
+                        c.median_t_error / tolerance.sqrt(),
+                    )
+                };
                 let points: Vec<(f64, f64)> = cells.iter().map(point).collect();
                 points.into_iter().filter(move |&(x, _)| x >= from)
             };
@@ -168,7 +140,7 @@ fn laws(table: &Table, subject: &Named) -> Vec<Claim> {
         let level = |tolerance: f64| {
             let cells = cells(table, &newton_name(tolerance), surface, Family::Tilt).into_iter();
             let touching = cells.filter(|c| c.tilt <= TOUCHING);
-            touching.map(move |c| (tolerance, c.error))
+            touching.map(move |c| (tolerance, c.median_t_error))
         };
         TOLERANCES.into_iter().flat_map(level).collect()
     }));
@@ -229,16 +201,13 @@ fn phantoms(table: &Table, subject: &Named) -> [Claim; 2] {
             }
         }
     }
-    let share = near.0 / near.1;
-    let interval = binomial_interval(near.0 as u64, near.1 as u64, 0.95);
     let band = "Newton's method hits what a ray passes by less than a tenth of its tolerance: at least 97 % of those rays.";
     let beyond =
         "Newton's method invents no crossing for rays that pass by more than a hundred tolerances.";
     [
-        Claim::in_range(
+        Claim::share_in_range(
             subject("newton has a graze band", band),
-            share,
-            interval,
+            near.0 as u64,
             near.1 as u64,
             (0.97, 1.0),
         ),
@@ -255,11 +224,10 @@ fn price(table: &Table, subject: &Named) -> [Claim; 3] {
         let tilted = SURFACES.map(|s| cells(table, "bernstein", s, Family::Tilt));
         tilted.into_iter().flatten().filter(|c| pass(c)).collect()
     };
-    let share = |cells: &[Cell]| {
-        let fallbacks: f64 = cells.iter().map(|c| c.fallbacks).sum();
-        let rays: f64 = cells.iter().map(|c| c.rays).sum();
-        let interval = binomial_interval(fallbacks as u64, rays as u64, 0.95);
-        (fallbacks / rays, interval, rays as u64)
+    let share = |claim, statement, cells: &[Cell], range| {
+        let sum = |pick: fn(&Cell) -> f64| cells.iter().map(pick).sum::<f64>() as u64;
+        let (fallbacks, rays) = (sum(|c| c.fallbacks), sum(|c| c.rays));
+        Claim::share_in_range(subject(claim, statement), fallbacks, rays, range)
     };
     let time =
         |cells: &[Cell]| cells.iter().map(|c| c.ns_per_ray).sum::<f64>() / cells.len() as f64;
@@ -272,38 +240,22 @@ fn price(table: &Table, subject: &Named) -> [Claim; 3] {
     let always = "At least 99 % of the rays within 1e-9 of tangency go to exact arithmetic: f64 cannot decide them.";
     let dear =
         "A ray that goes to exact arithmetic costs 30 to 3000 times as much as one that does not.";
-    let ranged = |claim, statement, (value, interval, n), range| {
-        Claim::in_range(subject(claim, statement), value, interval, n, range)
-    };
     [
-        ranged(
+        share(
             "steep rays need no exact arithmetic",
             rare,
-            share(&steep),
+            &steep,
             (0.0, 0.02),
         ),
-        ranged(
-            "touching rays need it",
-            always,
-            share(&touching),
-            (0.99, 1.0),
-        ),
-        ranged(
-            "price of certainty",
-            dear,
-            (decades, decades_interval, 1),
+        share("touching rays need it", always, &touching, (0.99, 1.0)),
+        Claim::in_range(
+            subject("price of certainty", dear),
+            decades,
+            decades_interval,
+            1,
             (1.5, 3.5),
         ),
     ]
-}
-
-fn series(name: &str, points: Vec<(f64, f64)>, predicted: bool) -> Series {
-    Series {
-        name: name.to_owned(),
-        points,
-        intervals: Vec::new(),
-        predicted,
-    }
 }
 
 const PLOTTED: &str = SURFACES[0];
@@ -311,95 +263,77 @@ const PLOTTED: &str = SURFACES[0];
 const SIZE: f64 = 6.0;
 
 fn error_plot(table: &Table, family: Family) -> Plot {
-    let solvers = std::iter::once("bernstein".to_owned()).chain(TOLERANCES.map(newton_name));
-    let mut all: Vec<Series> = solvers
-        .map(|solver| {
-            let cells = cells(table, &solver, PLOTTED, family);
-            series(
-                &solver,
-                cells.iter().map(|c| (c.tilt, c.error)).collect(),
-                false,
-            )
-        })
-        .collect();
+    let measured = |solver: &str| {
+        let cells = cells(table, solver, PLOTTED, family).into_iter();
+        Series::measured(solver, cells.map(|c| (c.tilt, c.median_t_error)))
+    };
     // At curvature 1.
     let slope = |tilt: f64| match family {
         Family::Tilt => tilt,
         Family::Inward | Family::Outward => (2.0 * tilt).sqrt(),
     };
-    let expected = |tolerance: f64, tilt: f64| {
+    let predicted = |tolerance: f64| {
         let residual = tolerance * SIZE;
-        (residual / slope(tilt)).min((2.0 * residual).sqrt())
+        let error = |tilt| (residual / slope(tilt)).min((2.0 * residual).sqrt());
+        let name = format!("bound, {}", newton_name(tolerance));
+        Series::predicted(name, super::tilts().map(|tilt| (tilt, error(tilt))))
     };
-    for tolerance in TOLERANCES {
-        let points = super::tilts().map(|tilt| (tilt, expected(tolerance, tilt)));
-        let name = format!("predicted: all of {tolerance:e}");
-        all.push(series(&name, points.collect(), true));
-    }
     let (title, label) = match family {
         Family::Tilt => (
             "Newton's t is wrong by tolerance over tilt, then by the root of the tolerance (cup, median)",
-            "tilt from tangency δ, radians",
+            "tilt from tangency δ (radians)",
         ),
         Family::Inward | Family::Outward => (
             "Moved inward instead: the same with the root of the distance (cup, median)",
-            "distance from tangency d, world units",
+            "distance from tangency d (world units)",
         ),
     };
-    Plot {
-        title: title.to_owned(),
-        x: Axis::log(label),
-        y: Axis::log("median error of t"),
-        series: all,
-    }
+    let newton = TOLERANCES.map(|tolerance| measured(&newton_name(tolerance)));
+    Plot::new(
+        title,
+        Axis::log(label),
+        Axis::log("error of t"),
+        (TOLERANCES.map(predicted).into_iter())
+            .chain([measured("bernstein")])
+            .chain(newton),
+    )
 }
 
 fn fallback_plot(table: &Table) -> Plot {
-    let families = Family::ALL.map(|family| {
-        let cells = cells(table, "bernstein", PLOTTED, family);
-        Series {
-            name: family.name().to_owned(),
-            points: cells
-                .iter()
-                .map(|c| (c.tilt, c.fallbacks / c.rays))
-                .collect(),
-            intervals: (cells.iter())
-                .map(|c| binomial_interval(c.fallbacks as u64, c.rays as u64, 0.95))
-                .collect(),
-            predicted: false,
-        }
-    });
-    Plot {
-        title: "f64 decides down to a tilt of 1e-6, or a distance of 1e-12 (cup)".to_owned(),
-        x: Axis::log("tilt δ or distance d from tangency"),
-        y: Axis::linear("share of rays that go to exact arithmetic"),
-        series: families.to_vec(),
-    }
+    let share = |family: Family| {
+        let cells = cells(table, "bernstein", PLOTTED, family).into_iter();
+        let counts = cells.map(|c| (c.tilt, c.fallbacks as u64, c.rays as u64));
+        Series::shares(family.name(), counts)
+    };
+    Plot::new(
+        "f64 decides down to a tilt of about 1e-6, or a distance of 1e-12 (cup)",
+        Axis::log("tilt δ (radians) or distance d (world units) from tangency"),
+        Axis::linear("share of rays that go to exact arithmetic"),
+        Family::ALL.map(share),
+    )
 }
 
 fn cost_plot(table: &Table) -> Plot {
     let of = |solver: &str| cells(table, solver, PLOTTED, Family::Tilt);
-    let times = |cells: &[Cell]| cells.iter().map(|c| (c.tilt, c.ns_per_ray)).collect();
+    let measured =
+        |solver: &str| Series::measured(solver, of(solver).iter().map(|c| (c.tilt, c.ns_per_ray)));
     let (fast, exact) = (of("bernstein"), of("exact"));
-    let newton = newton_name(1e-10);
     let base = fast.first().map_or(f64::NAN, |c| c.ns_per_ray);
-    let mixed = (fast.iter().zip(&exact))
+    let mixed = fast
+        .iter()
+        .zip(&exact)
         .map(|(f, e)| (f.tilt, base + f.fallbacks / f.rays * e.ns_per_ray));
-    Plot {
-        title: "What certainty costs: exact arithmetic, but only where rays touch (cup)".to_owned(),
-        x: Axis::log("tilt from tangency δ, radians"),
-        y: Axis::log("CPU time per ray, ns"),
-        series: vec![
-            series("bernstein", times(&fast), false),
-            series("exact", times(&exact), false),
-            series(&newton, times(&of(&newton)), false),
-            series(
-                "bernstein's base + share of fallbacks × exact",
-                mixed.collect(),
-                true,
-            ),
+    Plot::new(
+        "What certainty costs: exact arithmetic, but only where rays touch (cup)",
+        Axis::log("tilt from tangency δ (radians)"),
+        Axis::log("CPU time per ray (ns)"),
+        [
+            Series::predicted("base + share of fallbacks × exact", mixed),
+            measured("bernstein"),
+            measured("exact"),
+            measured(&newton_name(1e-10)),
         ],
-    }
+    )
 }
 
 #[cfg(test)]
@@ -461,10 +395,7 @@ mod tests {
                 }
             }
         }
-        Table {
-            columns: EXPERIMENT.columns.iter().map(|&c| c.to_owned()).collect(),
-            rows,
-        }
+        EXPERIMENT.table(rows)
     }
 
     #[test]
@@ -474,7 +405,7 @@ mod tests {
             let failing = claims.enumerate().filter(|(_, c)| c.fails_the_run());
             failing.map(|(index, _)| index).collect()
         };
-        assert_eq!(failed(&table(0, -1.0, 0, 0)), []);
+        assert_eq!(failed(&table(0, -1.0, 0, 0)), [0_usize; 0]);
         assert_eq!(failed(&table(1, -1.0, 0, 0)), [0]);
         assert_eq!(failed(&table(0, -0.7, 0, 0)), [3, 4]);
         assert_eq!(failed(&table(0, -1.0, 1, 0)), [7]);

@@ -7,7 +7,7 @@
 use super::film::Film;
 use super::scatter::{Interface, Lobes, reflect};
 use super::settings::Settings;
-use crate::geometry::hit::Hit;
+use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
@@ -44,7 +44,7 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// Starts every next ray `offset` (world units) off its surface instead of by the certified bound: an object of study.
+    /// Starts every next ray `offset` (world units) off its surface instead of at a proven side of it: an object of study.
     #[must_use]
     pub fn leaving_at(self, offset: f64) -> Self {
         Self {
@@ -196,8 +196,12 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn leave(&self, hit: &Hit, direction: DVec3) -> Ray {
-        leave(hit, direction, self.offset)
+    /// The next ray from a hit.
+    fn leave(&self, hit: &Hit, side: Side, direction: DVec3, work: &mut Work) -> Ray {
+        match self.offset {
+            None => self.scene.leave(hit, side, direction, work),
+            Some(offset) => leave_at(hit, side, direction, offset),
+        }
     }
 
     /// Follows the ray to its hit and adds the light met there. `None` where the path has left the scene.
@@ -236,7 +240,7 @@ impl Walk<'_> {
         let direction = self.ray.direction;
         let lobes = Lobes::at(self.scene, hit, direction);
         if let Some(interface) = lobes.interface {
-            return self.cross(hit, &interface, stream);
+            return self.cross(hit, lobes.side, &interface, stream, work);
         }
         let diffuse = lobes.diffuse.max_element();
         let mirror = lobes.mirror.max_element();
@@ -245,14 +249,14 @@ impl Walk<'_> {
         }
         let share = diffuse / (diffuse + mirror);
         if diffuse > 0.0 {
-            self.radiance += self.throughput * self.direct(hit, lobes.diffuse, share, stream, work);
+            self.radiance += self.throughput * self.direct(hit, &lobes, share, stream, work);
         }
-        let normal = hit.facing_normal(direction);
+        let normal = hit.normal_on(lobes.side);
         if share == 1.0 || stream.uniform() < share {
             let next = cosine_hemisphere(normal, stream.uniform2());
             let density = share * cosine_density(next.dot(normal));
             self.throughput *= lobes.diffuse / share;
-            self.ray = self.leave(hit, next);
+            self.ray = self.leave(hit, lobes.side, next, work);
             self.scattered = Some(Scattered {
                 from: self.ray.origin,
                 density,
@@ -260,25 +264,36 @@ impl Walk<'_> {
             Event::Diffuse
         } else {
             self.throughput *= lobes.mirror / (1.0 - share);
-            self.ray = self.leave(hit, reflect(direction, normal));
+            let next = reflect(direction, normal);
+            self.ray = self.leave(hit, lobes.side, next, work);
             self.scattered = None;
             Event::Mirror
         }
     }
 
     /// Reflects or refracts at random in proportion to the reflectance.
-    fn cross(&mut self, hit: &Hit, interface: &Interface, stream: &mut Stream) -> Event {
+    fn cross(
+        &mut self,
+        hit: &Hit,
+        side: Side,
+        interface: &Interface,
+        stream: &mut Stream,
+        work: &mut Work,
+    ) -> Event {
         let reflected = stream.uniform() < interface.reflectance;
-        let (next, event) = match interface.refracted {
+        let (next, side, event) = match interface.refracted {
             Some(refracted) if !reflected => {
                 self.throughput *= interface.radiance_scale;
                 self.index_squared *= interface.radiance_scale;
                 self.medium = interface.beyond;
-                (refracted, Event::Refracted)
+                (refracted, side.other(), Event::Refracted)
             }
-            _ => (reflect(self.ray.direction, hit.normal), Event::Reflected),
+            _ => {
+                let next = reflect(self.ray.direction, hit.normal);
+                (next, side, Event::Reflected)
+            }
         };
-        self.ray = self.leave(hit, next);
+        self.ray = self.leave(hit, side, next, work);
         self.scattered = None;
         event
     }
@@ -288,15 +303,15 @@ impl Walk<'_> {
     fn direct(
         &self,
         hit: &Hit,
-        reflectance: Rgb,
+        lobes: &Lobes,
         share: f64,
         stream: &mut Stream,
         work: &mut Work,
     ) -> Rgb {
         // Draw before any test, so that later numbers of the path do not depend on its outcome.
         let (choice, place) = (stream.uniform(), stream.uniform2());
-        let normal = hit.facing_normal(self.ray.direction);
-        let from = self.leave(hit, normal).origin;
+        let normal = hit.normal_on(lobes.side);
+        let from = self.leave(hit, lobes.side, normal, work).origin;
         let lights = &self.scene.lights;
         let Some(light) = lights.choose(choice) else {
             return Rgb::ZERO;
@@ -314,7 +329,7 @@ impl Walk<'_> {
         } else {
             1.0
         };
-        weight / probability * reflectance / PI * irradiance
+        weight / probability * lobes.diffuse / PI * irradiance
     }
 
     /// Russian roulette on the path's weight; survivors carry more, so the mean is kept.
@@ -329,15 +344,9 @@ impl Walk<'_> {
     }
 }
 
-/// The next ray from a hit, `offset` (world units) off the surface, or by the certified bound.
-pub(crate) fn leave(hit: &Hit, direction: DVec3, offset: Option<f64>) -> Ray {
-    offset.map_or_else(
-        || hit.leave(direction),
-        |offset| {
-            let side = hit.normal.dot(direction).signum();
-            Ray::new(hit.point + side * offset * hit.normal, direction)
-        },
-    )
+/// The ray that leaves a hit on a side of it, started `offset` (world units) off the surface.
+pub(crate) fn leave_at(hit: &Hit, side: Side, direction: DVec3, offset: f64) -> Ray {
+    Ray::new(hit.point + side.sign() * offset * hit.normal, direction)
 }
 
 /// One sample of the irradiance from a light at a point `from` (just off its surface, on the side of the unit `normal`), if the

@@ -1,7 +1,10 @@
 //! The surface of revolution of a piecewise cubic Bezier profile about its local +y axis.
 
 pub mod bernstein;
+mod clearance;
 pub mod exact;
+mod leave;
+pub mod membership;
 pub mod newton;
 mod placement;
 
@@ -12,9 +15,11 @@ use super::ray::Ray;
 use super::sphere::azimuth;
 use crate::numeric::work::Work;
 use bernstein::Undecided;
+use clearance::Clearance;
 use glam::{DVec2, DVec3};
 use newton::NewtonSettings;
 pub use placement::Placement;
+use std::sync::OnceLock;
 
 /// How to solve ray = surface of revolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +41,8 @@ pub struct Revolution {
     prepared: bernstein::Prepared,
     /// Bound of the distance of a computed surface point from the surface, world units.
     error: f64,
+    /// Made when a ray first leaves the surface.
+    clearance: OnceLock<Clearance>,
 }
 
 impl Revolution {
@@ -49,6 +56,7 @@ impl Revolution {
             placement,
             cylinder,
             error,
+            clearance: OnceLock::new(),
         }
     }
 

@@ -110,7 +110,7 @@ impl Doses {
 
     /// A statistic of each replicate, with Student's interval.
     fn over_replicates(&self, statistic: impl Fn(&[Dose]) -> f64) -> Estimate {
-        let one = |replicate: i64| statistic(&self.sums(|row| row.replicate == replicate as f64));
+        let one = |replicate: u64| statistic(&self.sums(|row| row.replicate == replicate as f64));
         Estimate::of(&Moments::of((0..REPLICATES).map(one)))
     }
 }

@@ -3,8 +3,10 @@
 pub mod agreement;
 pub mod analytic;
 pub mod cup;
+pub mod dose;
 pub mod eps;
 pub mod formula_audit;
+pub mod grazing;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
@@ -17,8 +19,10 @@ use crate::lab::experiment::Experiment;
 pub const ALL: &[Experiment] = &[
     solvers::EXPERIMENT,
     newton_seeds::EXPERIMENT,
+    grazing::EXPERIMENT,
     eps::EXPERIMENT,
     watertight::EXPERIMENT,
+    dose::EXPERIMENT,
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,

@@ -106,9 +106,9 @@ impl Hit {
 mod tests {
     use super::*;
 
-    /// A direction within the surface is neither from behind nor towards it.
+    /// A direction within the surface comes neither from behind nor from before: it counts as met from the front.
     #[test]
-    fn along_the_surface_the_normal_stays_and_the_next_ray_starts_on_its_side() {
+    fn sides_are_those_of_the_normal() {
         let hit = Hit {
             t: 3.0,
             point: DVec3::new(0.0, 2.0, 0.0),
@@ -120,16 +120,16 @@ mod tests {
             theta: 0.0,
             st: DVec2::ZERO,
         };
-        for (direction, facing, side) in [
-            (DVec3::X, DVec3::Y, 1.0),
-            (DVec3::new(0.6, 0.8, 0.0), -DVec3::Y, 1.0),
-            (DVec3::new(0.6, -0.8, 0.0), DVec3::Y, -1.0),
+        for (direction, side) in [
+            (DVec3::X, Side::Front),
+            (DVec3::new(0.6, 0.8, 0.0), Side::Back),
+            (DVec3::new(0.6, -0.8, 0.0), Side::Front),
         ] {
-            assert_eq!(hit.facing_normal(direction), facing);
-            let next = hit.leave(direction);
-            assert_eq!(next.origin, hit.offset(side * OFFSET_IN_ERRORS));
-            assert!((next.origin.y - 2.0 - side * 4e-3).abs() < 1e-15);
-            assert_eq!(next.direction, direction);
+            assert_eq!(hit.side_met(direction), side);
+            assert_eq!(hit.facing_normal(direction), side.sign() * DVec3::Y);
+            let start = hit.beside(side);
+            assert!((start.y - 2.0 - side.sign() * 4e-3).abs() < 1e-15);
+            assert!((hit.beside(side.other()).y + start.y - 4.0).abs() < 1e-15);
         }
     }
 }

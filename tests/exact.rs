@@ -372,7 +372,11 @@ fn nearly_level_rays_are_decided_without_exact_arithmetic() {
             let found = shape.nearest(&ray, &Solver::Bernstein, &mut work);
             if index % 20 == 0 {
                 let truth = certified(shape.profile(), &ray);
-                assert_eq!(found.map(|c| c.piece), truth.first().map(|c| c.piece), "{index}");
+                assert_eq!(
+                    found.map(|c| c.piece),
+                    truth.first().map(|c| c.piece),
+                    "{index}"
+                );
             }
         }
         let share = work.solver_fallbacks as f64 / work.solver_calls as f64;

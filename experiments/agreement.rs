@@ -2,24 +2,21 @@
 
 use crate::image::metrics::blocks;
 use crate::image::picture::Picture;
-use crate::lab::claim::{Claim, Estimate, Subject};
-use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, Value};
-use crate::lab::plot::{Axis, Plot, Scale, Series};
+use crate::lab::claim::{Claim, Estimate};
+use crate::lab::contrast::Contrast;
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
+use crate::lab::plot::{Axis, Plot, Series};
+use crate::lab::rendering::render;
 use crate::numeric::statistics::{Moments, student_quantile};
-use crate::render::driver::render_unwatched;
-use crate::render::settings::Settings;
-use crate::scene::file::parse;
 use serde::Deserialize;
-use std::path::Path;
-use std::time::Instant;
-
-const NAME: &str = "agreement";
 
 /// Block means by an independent renderer; see golden/reference/README.md.
 const REFERENCE: &str = include_str!("../golden/reference/blocks.json");
 
-/// Side of a block in pixels, and blocks per side.
+/// Side of a block in pixels.
 const BLOCK: usize = 16;
+/// Blocks per side of a picture.
+const BLOCKS: usize = 16;
 
 /// Chance of a false alarm over all blocks of one picture.
 const LEVEL: f64 = 1e-7;
@@ -27,7 +24,6 @@ const LEVEL: f64 = 1e-7;
 /// A scene that the reference holds.
 struct Subjected {
     name: &'static str,
-    text: &'static str,
     /// Its letter in the reference.
     letter: &'static str,
     /// Known relative error of the reference's blocks: float32, the mesh.
@@ -37,13 +33,11 @@ struct Subjected {
 const SCENES: [Subjected; 2] = [
     Subjected {
         name: "box",
-        text: include_str!("../scenes/box.toml"),
         letter: "a",
         reference_error: 0.0005,
     },
     Subjected {
         name: "hourglass",
-        text: include_str!("../scenes/hourglass.toml"),
         letter: "b",
         reference_error: 0.004,
     },
@@ -77,7 +71,7 @@ const METHODS: [Method; 2] = [
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
-    name: NAME,
+    name: "agreement",
     question: "Do path tracing and photon mapping draw what an independent renderer draws?",
     prediction: "Every 16 × 16-pixel block has the reference's mean, within noise and the reference's own known error (float32, a mesh in \
                  place of the profile); for photon maps also within the bias that the gather radius leaves at corners.",
@@ -95,6 +89,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "render_s",
     ],
     timed: false,
+    cpu_seconds: [23.5, 375.0, 6000.0],
     plan,
     execute,
     conclude,
@@ -120,82 +115,56 @@ fn reference(letter: &str) -> anyhow::Result<Reference> {
 }
 
 fn plan(_: Effort) -> Vec<Run> {
-    let mut runs = Vec::new();
-    for scene in &SCENES {
-        for method in &METHODS {
-            for replicate in 0..method.replicates {
-                runs.push(Run::new([
-                    ("scene", scene.name.into()),
-                    ("integrator", method.name.into()),
-                    ("replicate", replicate.into()),
-                ]));
-            }
-        }
-    }
-    runs
+    let of = |scene: &Subjected, method: &Method| {
+        grid([
+            ("scene", values([scene.name])),
+            ("integrator", values([method.name])),
+            ("replicate", values(0..method.replicates)),
+        ])
+    };
+    let scenes = SCENES.iter();
+    scenes
+        .flat_map(|scene| METHODS.iter().flat_map(move |method| of(scene, method)))
+        .collect()
 }
 
 /// Camera samples a pixel of `path`; passes of 100 000 photons of `ppm`.
-fn budget(effort: Effort) -> (u32, u64) {
-    match effort {
-        Effort::Smoke => (4, 4),
-        Effort::Standard => (64, 64),
-        Effort::Full => (1024, 1024),
-    }
+fn budget(effort: Effort) -> u32 {
+    effort.of([4, 64, 1024])
 }
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let (name, integrator) = (run.text("scene"), run.text("integrator"));
-    let subject = SCENES
-        .iter()
-        .find(|scene| scene.name == name)
-        .ok_or_else(|| anyhow::anyhow!("no scene {name}"))?;
-    let (spp, passes) = budget(effort);
-    let spp = if integrator == "path" { spp } else { 4 };
-    let overrides = [
-        ("render.integrator", format!("\"{integrator}\"")),
-        ("render.spp", spp.to_string()),
-        ("render.passes", passes.to_string()),
-        ("render.photons", "100000".to_owned()),
+    let subject = SCENES.iter().find(|scene| scene.name == name);
+    let subject = subject.ok_or_else(|| anyhow::anyhow!("no scene {name}"))?;
+    let budget = budget(effort);
+    let spp = if integrator == "path" { budget } else { 4 };
+    let sets = [
+        ("render.integrator", integrator.into()),
+        ("render.spp", spp.into()),
+        ("render.passes", budget.into()),
+        ("render.photons", 100_000.into()),
         // The reference's own limit: without it the hourglass is 0.25 % brighter.
-        ("render.max_depth", "15".to_owned()),
+        ("render.max_depth", 15.into()),
     ];
-    let overrides = overrides.map(|(key, value)| (key.to_owned(), value));
-    let scene = parse(subject.text, &name, Path::new("scenes"), &overrides)?;
-    let settings = Settings {
-        seed,
-        threads: Some(1),
-        ..Settings::resolve(&scene.render)
-    };
-    let start = Instant::now();
-    let outcome = render_unwatched(&scene, &settings)?;
-    let seconds = start.elapsed().as_secs_f64();
+    let rendered = render(&name, &sets, seed)?;
     let truth = reference(subject.letter)?;
-    let picture = Picture::of_film(&outcome.film);
-    let per_row = picture.width / BLOCK;
-    let rows = blocks(&picture, BLOCK)
+    let rows = blocks(&rendered.picture(), BLOCK)
         .into_iter()
         .enumerate()
         .map(|(index, block)| {
-            let (row, column) = (index / per_row, index % per_row);
-            let mut values: Vec<Value> = run
-                .parameters
-                .iter()
-                .map(|(_, value)| value.clone())
-                .collect();
-            values.extend([
-                (row as i64).into(),
-                (column as i64).into(),
-                grey(block.mean).into(),
-                grey(truth.mean[row][column]).into(),
-                grey(truth.se[row][column]).into(),
-                seconds.into(),
-            ]);
-            values
+            let (row, column) = (index / BLOCKS, index % BLOCKS);
+            let numbers = [
+                grey(block.mean),
+                grey(truth.mean[row][column]),
+                grey(truth.se[row][column]),
+                rendered.seconds,
+            ];
+            run.row([values([row, column]), values(numbers)].concat())
         });
     Ok(Outcome {
         rows: rows.collect(),
-        work: outcome.work,
+        work: rendered.work,
     })
 }
 
@@ -216,27 +185,22 @@ impl BlockResult {
 }
 
 fn block_results(part: &Table) -> Vec<BlockResult> {
-    let per_side = 16;
-    let count = part.rows.len() / (per_side * per_side);
     let (means, references, errors) = (
         part.numbers("mean"),
         part.numbers("reference"),
         part.numbers("reference_se"),
     );
-    (0..per_side * per_side)
-        .map(|block| {
-            let replicates: Vec<f64> = (0..count)
-                .map(|k| means[k * per_side * per_side + block])
-                .collect();
-            let moments = Moments::of(replicates);
-            BlockResult {
-                difference: moments.mean() - references[block],
-                standard_error: libm::hypot(moments.standard_error(), errors[block]),
-                freedom: moments.count() as f64 - 1.0,
-                reference: references[block],
-            }
-        })
-        .collect()
+    let result = |block: usize| {
+        let replicates = means.chunks(BLOCKS * BLOCKS).map(|picture| picture[block]);
+        let moments = Moments::of(replicates);
+        BlockResult {
+            difference: moments.mean() - references[block],
+            standard_error: libm::hypot(moments.standard_error(), errors[block]),
+            freedom: moments.count() as f64 - 1.0,
+            reference: references[block],
+        }
+    };
+    (0..BLOCKS * BLOCKS).map(result).collect()
 }
 
 fn conclude(table: &Table, effort: Effort) -> Conclusion {
@@ -248,75 +212,75 @@ fn conclude(table: &Table, effort: Effort) -> Conclusion {
                 .filter("scene", &scene.name.into())
                 .filter("integrator", &method.name.into());
             let results = block_results(&part);
-            conclusion
-                .claims
-                .push(mean_claim(scene, method, &part, effort));
-            conclusion
-                .claims
-                .push(blocks_claim(scene, method, &results, effort));
-            series.push(Series {
-                name: format!("{}, {}", scene.name, method.name),
-                points: results
+            conclusion.claims.extend([
+                mean_claim(scene, method, &part, effort),
+                blocks_claim(scene, method, &results, effort),
+            ]);
+            conclusion.pictures.push(contrast(scene, method, &results));
+            let percent = |block: &BlockResult| 100.0 * block.difference / block.reference;
+            series.push(Series::scattered(
+                format!("{}, {}", scene.name, method.name),
+                results
                     .iter()
-                    .map(|block| {
-                        (
-                            block.reference,
-                            (100.0 * block.difference / block.reference).abs(),
-                        )
-                    })
-                    .collect(),
-                intervals: Vec::new(),
-                predicted: false,
-            });
+                    .map(|block| (block.reference, percent(block).abs())),
+            ));
         }
     }
-    conclusion.plots.push(Plot {
-        title: "Difference of block means from the reference".to_owned(),
-        x: Axis {
-            label: "radiance of the block (W/(m² sr))".to_owned(),
-            scale: Scale::Log,
-        },
-        y: Axis {
-            label: "relative difference (%)".to_owned(),
-            scale: Scale::Log,
-        },
+    conclusion.plots.push(Plot::new(
+        "Difference of block means from the reference",
+        Axis::log("radiance of the block (W/(m² sr))"),
+        Axis::log("relative difference (%)"),
         series,
-    });
+    ));
     conclusion
+}
+
+/// The blocks as pixels.
+fn contrast(scene: &Subjected, method: &Method, results: &[BlockResult]) -> Contrast {
+    let picture = |value: fn(&BlockResult) -> f64| Picture {
+        width: BLOCKS,
+        height: BLOCKS,
+        rgb: results
+            .iter()
+            .map(|block| [value(block) as f32; 3])
+            .collect(),
+        ..Picture::default()
+    };
+    Contrast {
+        caption: format!("Mean radiance of the blocks of the {}", scene.name),
+        a: (
+            format!("photolathe, {}", method.name),
+            picture(|block| block.reference + block.difference),
+        ),
+        b: ("the reference".to_owned(), picture(|block| block.reference)),
+        commands: Vec::new(),
+    }
 }
 
 /// The mean of the picture.
 fn mean_claim(scene: &Subjected, method: &Method, part: &Table, effort: Effort) -> Claim {
-    let per_picture = 256;
+    let per_picture = (BLOCKS * BLOCKS) as f64;
     let means = part.numbers("mean");
-    let moments = Moments::of(
-        means
-            .chunks(per_picture)
-            .map(|picture| picture.iter().sum::<f64>() / 256.0),
-    );
+    let pictures = means.chunks(BLOCKS * BLOCKS);
+    let moments = Moments::of(pictures.map(|picture| picture.iter().sum::<f64>() / per_picture));
     let (truth, error) = reference(scene.letter).map_or((f64::NAN, f64::NAN), |truth| {
         (grey(truth.image_mean), grey(truth.image_mean_se))
     });
+    let ours = Estimate::of(&moments);
     let estimate = Estimate {
-        value: moments.mean(),
-        standard_error: libm::hypot(moments.standard_error(), error),
-        freedom: moments.count() as f64 - 1.0,
-        n: moments.count(),
+        standard_error: libm::hypot(ours.standard_error, error),
+        ..ours
     };
     let noise = if effort == Effort::Smoke { 0.02 } else { 0.002 };
     let margin = noise + method.image_bias + scene.reference_error;
-    let subject = Subject {
-        experiment: NAME,
-        claim: &format!("{}_{}_mean", scene.name, method.name),
-        statement: &format!(
-            "{} gives the reference's mean of the {} within {:.2} %",
-            method.name,
-            scene.name,
-            100.0 * margin
-        ),
-        decided_at: Effort::Smoke,
-        effort,
-    };
+    let name = format!("{}_{}_mean", scene.name, method.name);
+    let statement = format!(
+        "{} gives the reference's mean of the {} within {:.2} %",
+        method.name,
+        scene.name,
+        100.0 * margin
+    );
+    let subject = EXPERIMENT.subject(&name, &statement, Effort::Smoke, effort);
     Claim::equivalent(subject, estimate, truth, margin * truth)
 }
 
@@ -333,17 +297,13 @@ fn blocks_claim(
         .iter()
         .filter(|block| block.differs(level, relative))
         .count() as u64;
-    let subject = Subject {
-        experiment: NAME,
-        claim: &format!("{}_{}_blocks", scene.name, method.name),
-        statement: &format!(
-            "no 16 × 16 block of the {} by {} differs from the reference by more than noise and {:.2} %",
-            scene.name,
-            method.name,
-            100.0 * relative
-        ),
-        decided_at: Effort::Smoke,
-        effort,
-    };
+    let name = format!("{}_{}_blocks", scene.name, method.name);
+    let statement = format!(
+        "no 16 × 16 block of the {} by {} differs from the reference by more than noise and {:.2} %",
+        scene.name,
+        method.name,
+        100.0 * relative
+    );
+    let subject = EXPERIMENT.subject(&name, &statement, Effort::Smoke, effort);
     Claim::exact(subject, failures, results.len() as u64)
 }

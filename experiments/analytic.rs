@@ -1,17 +1,12 @@
 //! Do the renderers agree with the scenes whose radiance is known in closed form?
 
-use crate::lab::claim::{Claim, Estimate, Subject};
-use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, Value};
+use crate::lab::claim::{Claim, Estimate};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
 use crate::lab::page::number;
-use crate::lab::plot::{Axis, Plot, Scale, Series};
+use crate::lab::plot::{Axis, Plot, Series};
+use crate::lab::rendering::render;
 use crate::numeric::statistics::Moments;
-use crate::render::driver::render_unwatched;
-use crate::render::settings::Settings;
-use crate::scene::file::load;
-use std::path::Path;
-use std::time::Instant;
 
-const NAME: &str = "analytic";
 const SCENES: [&str; 2] = ["furnace", "integrating_sphere"];
 const ALBEDOS: [f64; 2] = [0.5, 0.8];
 const INTEGRATORS: [&str; 2] = ["path", "ppm"];
@@ -25,7 +20,7 @@ const RADIUS: f64 = 1.0;
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
-    name: NAME,
+    name: "analytic",
     question: "Do path tracing and photon mapping give the radiance of scenes with a closed form?",
     prediction: "In a closed sphere of emission L_e and albedo ρ (furnace) the radiance is L_e/(1 − ρ) everywhere. With a point light of intensity I \
                  at its centre instead (integrating sphere of radius R) it is ρ I/(π R² (1 − ρ)).",
@@ -43,28 +38,19 @@ pub const EXPERIMENT: Experiment = Experiment {
         "render_s",
     ],
     timed: false,
+    cpu_seconds: [21.5, 1400.0, 14000.0],
     plan,
     execute,
     conclude,
 };
 
 fn plan(_: Effort) -> Vec<Run> {
-    let mut runs = Vec::new();
-    for scene in SCENES {
-        for albedo in ALBEDOS {
-            for integrator in INTEGRATORS {
-                for replicate in 0..REPLICATES {
-                    runs.push(Run::new([
-                        ("scene", scene.into()),
-                        ("albedo", albedo.into()),
-                        ("integrator", integrator.into()),
-                        ("replicate", replicate.into()),
-                    ]));
-                }
-            }
-        }
-    }
-    runs
+    grid([
+        ("scene", values(SCENES)),
+        ("albedo", values(ALBEDOS)),
+        ("integrator", values(INTEGRATORS)),
+        ("replicate", values(0..REPLICATES)),
+    ])
 }
 
 /// L_e/(1 − ρ) with L_e = 1, and ρ I/(π R² (1 − ρ)) with I = π, R = 1.
@@ -74,12 +60,12 @@ fn predicted(scene: &str, albedo: f64) -> f64 {
 }
 
 /// Camera samples a pixel of `path`, passes and photons a pass of `ppm`: standard errors of a tenth of the margin.
-fn budget(effort: Effort) -> (u32, u64, u64) {
-    match effort {
-        Effort::Smoke => (1_024, 8, 16_000),
-        Effort::Standard => (51_200, 80, 120_000),
-        Effort::Full => (512_000, 800, 120_000),
-    }
+fn budget(effort: Effort) -> [u32; 3] {
+    effort.of([
+        [1_024, 8, 16_000],
+        [51_200, 80, 120_000],
+        [512_000, 800, 120_000],
+    ])
 }
 
 fn margin(effort: Effort) -> f64 {
@@ -87,57 +73,24 @@ fn margin(effort: Effort) -> f64 {
 }
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
-    let (name, albedo, integrator) = (
-        run.text("scene"),
-        run.number("albedo"),
-        run.text("integrator"),
-    );
-    let (spp, passes, photons) = budget(effort);
-    let overrides = [
-        ("film.width", SIDE.to_string()),
-        ("film.height", SIDE.to_string()),
-        (
-            "material.wall.diffuse.reflectance",
-            format!("[{albedo}, {albedo}, {albedo}]"),
-        ),
-        ("render.integrator", format!("\"{integrator}\"")),
-        (
-            "render.spp",
-            if integrator == "path" { spp } else { 1 }.to_string(),
-        ),
-        ("render.passes", passes.to_string()),
-        ("render.photons", photons.to_string()),
-        ("render.radius", format!("{RADIUS:?}")),
+    let (name, albedo) = (run.text("scene"), run.number("albedo"));
+    let integrator = run.text("integrator");
+    let [spp, passes, photons] = budget(effort);
+    let spp = if integrator == "path" { spp } else { 1 };
+    let sets = [
+        ("film.width", SIDE.into()),
+        ("film.height", SIDE.into()),
+        ("material.wall.diffuse.reflectance", vec![albedo; 3].into()),
+        ("render.integrator", integrator.into()),
+        ("render.spp", spp.into()),
+        ("render.passes", passes.into()),
+        ("render.photons", photons.into()),
+        ("render.radius", RADIUS.into()),
     ];
-    let overrides = overrides.map(|(key, value)| (key.to_owned(), value));
-    let scene = load(
-        &Path::new("scenes").join(format!("{name}.toml")),
-        &overrides,
-    )?;
-    let settings = Settings {
-        seed,
-        threads: Some(1),
-        ..Settings::resolve(&scene.render)
-    };
-    let start = Instant::now();
-    let outcome = render_unwatched(&scene, &settings)?;
-    let mean = outcome.film.mean().element_sum() / 3.0;
-    let truth = predicted(&name, albedo);
-    let mut row: Vec<Value> = run
-        .parameters
-        .iter()
-        .map(|(_, value)| value.clone())
-        .collect();
-    row.extend([
-        truth.into(),
-        mean.into(),
-        (mean / truth - 1.0).into(),
-        start.elapsed().as_secs_f64().into(),
-    ]);
-    Ok(Outcome {
-        rows: vec![row],
-        work: outcome.work,
-    })
+    let rendered = render(&name, &sets, seed)?;
+    let (mean, truth) = (rendered.mean(), predicted(&name, albedo));
+    let row = run.row(values([truth, mean, mean / truth - 1.0, rendered.seconds]));
+    Ok(Outcome::of_row(row, rendered.work))
 }
 
 fn conclude(table: &Table, effort: Effort) -> Conclusion {
@@ -162,65 +115,38 @@ fn conclude(table: &Table, effort: Effort) -> Conclusion {
 
 fn claim(part: &Table, scene: &str, integrator: &str, albedo: f64, effort: Effort) -> Claim {
     let means = Moments::of(part.filter("albedo", &albedo.into()).numbers("mean"));
-    let estimate = Estimate {
-        value: means.mean(),
-        standard_error: means.standard_error(),
-        freedom: means.count() as f64 - 1.0,
-        n: means.count(),
-    };
     let truth = predicted(scene, albedo);
     let percent = 100.0 * margin(effort);
-    let subject = Subject {
-        experiment: NAME,
-        claim: &format!("{scene}_{integrator}_{albedo}"),
-        statement: &format!(
-            "{integrator} gives the radiance {} of the {scene} with albedo {albedo} within {percent} %",
-            number(truth)
-        ),
-        decided_at: Effort::Smoke,
-        effort,
-    };
-    Claim::equivalent(subject, estimate, truth, margin(effort) * truth)
+    let name = format!("{scene}_{integrator}_{albedo}");
+    let statement = format!(
+        "{integrator} gives the radiance {} of the {scene} with albedo {albedo} within {percent} %",
+        number(truth)
+    );
+    let subject = EXPERIMENT.subject(&name, &statement, Effort::Smoke, effort);
+    Claim::equivalent(subject, Estimate::of(&means), truth, margin(effort) * truth)
 }
 
 fn relative_errors(claims: &[Claim], name: &str) -> Series {
     let percent = |value: f64, claim: &Claim| 100.0 * (value / claim.predicted - 1.0);
-    let at = |f: fn(&Claim) -> f64, claim: &Claim| percent(f(claim), claim);
-    let points = ALBEDOS
+    let points = ALBEDOS.into_iter().zip(claims);
+    let intervals = claims
         .iter()
-        .zip(claims)
-        .map(|(&albedo, claim)| (albedo, at(|c| c.measured, claim)));
-    Series {
-        name: name.to_owned(),
-        points: points.collect(),
-        intervals: claims
-            .iter()
-            .map(|claim| (at(|c| c.ci_low, claim), at(|c| c.ci_high, claim)))
-            .collect(),
-        predicted: false,
-    }
+        .map(|claim| (percent(claim.ci_low, claim), percent(claim.ci_high, claim)));
+    Series::measured(
+        name,
+        points.map(|(albedo, claim)| (albedo, percent(claim.measured, claim))),
+    )
+    .with_intervals(intervals)
 }
 
 fn plot(series: Vec<Series>, margin: f64) -> Plot {
-    let bound = |sign: f64, name: &str| Series {
-        name: name.to_owned(),
-        points: ALBEDOS
-            .map(|albedo| (albedo, sign * 100.0 * margin))
-            .to_vec(),
-        intervals: Vec::new(),
-        predicted: true,
-    };
-    let bounds = [bound(1.0, "margin"), bound(-1.0, "− margin")];
-    Plot {
-        title: "Measured radiance stays within the margin of the closed form".to_owned(),
-        x: Axis {
-            label: "albedo".to_owned(),
-            scale: Scale::Linear,
-        },
-        y: Axis {
-            label: "relative error (%)".to_owned(),
-            scale: Scale::Linear,
-        },
-        series: bounds.into_iter().chain(series).collect(),
-    }
+    let bounds = [("margin", margin), ("− margin", -margin)].map(|(name, bound)| {
+        Series::predicted(name, ALBEDOS.map(|albedo| (albedo, 100.0 * bound)))
+    });
+    Plot::new(
+        "Measured radiance stays within the margin of the closed form",
+        Axis::linear("albedo"),
+        Axis::linear("relative error (%)"),
+        bounds.into_iter().chain(series),
+    )
 }

@@ -6,14 +6,13 @@ use crate::geometry::profile::Profile;
 use crate::geometry::ray::Ray;
 use crate::geometry::revolution::newton::NewtonSettings;
 use crate::geometry::revolution::{Placement, Revolution, Solver};
-use crate::lab::claim::{Claim, Subject};
-use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
+use crate::lab::claim::Claim;
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
 use crate::lab::plot::{Axis, Plot, Series};
-use crate::lab::table::{Table, Value};
 use crate::numeric::rng::{Purpose, Stream};
-use crate::numeric::statistics::binomial_interval;
 use crate::numeric::work::Work;
 use glam::DVec3;
+use serde::Deserialize;
 use std::f64::consts::TAU;
 
 /// The experiment.
@@ -25,8 +24,8 @@ pub const EXPERIMENT: Experiment = Experiment {
                  has the same error again. Walls are jumped from about the thickness of the rim and the base (.04 to .2) on.",
     method: "Random rays hit the cup; a ray leaves each hit on a random side of it, uniform in the cosine (0.05 to 1) to the \
              normal. A self-hit is a crossing of the same piece nearer than eight tolerances over the cosine; a leak is a start \
-             on the far side of another sheet. `point` says whether the hit was put on the surface or left where the ray's t \
-             says.",
+             on the far side of another sheet (Wächter and Binder 2019 on both). `point` says whether the hit was put on the \
+             surface or left where the ray's t says.",
     columns: &[
         "solver",
         "point",
@@ -38,6 +37,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "leaks",
     ],
     timed: false,
+    cpu_seconds: [2.0, 75.0, 1900.0],
     plan,
     execute,
     conclude,
@@ -61,35 +61,24 @@ const MOST: (f64, f64) = (0.5, 0.95);
 const ON_THE_SHEET: f64 = 1e-9;
 
 fn plan(_effort: Effort) -> Vec<Run> {
-    let run = |solver: &str, point: &str, tolerance: f64| {
-        Run::new([
-            ("solver", solver.into()),
-            ("point", point.into()),
-            ("tolerance", tolerance.into()),
+    let runs = |solver: &str, points: &[&str], tolerances: &[f64]| {
+        grid([
+            ("solver", values([solver])),
+            ("point", values(points.iter().copied())),
+            ("tolerance", values(tolerances.iter().copied())),
         ])
     };
-    let mut runs = vec![
-        run("bernstein", "leave", 0.0),
-        run("bernstein", "surface", 0.0),
-    ];
-    for point in ["surface", "ray"] {
-        for tolerance in TOLERANCES {
-            runs.push(run("newton", point, tolerance));
-        }
-    }
-    runs
+    let bernstein = runs("bernstein", &["leave", "surface"], &[0.0]);
+    let newton = runs("newton", &["surface", "ray"], &TOLERANCES);
+    [bernstein, newton].concat()
 }
 
 /// A Newton ray costs about 50 µs an offset, a Bernstein one 1 µs.
 fn rays(solver: &str, effort: Effort) -> u64 {
-    match (solver, effort) {
-        ("bernstein", Effort::Smoke) => 100_000,
-        ("bernstein", Effort::Standard) => 3_000_000,
-        ("bernstein", Effort::Full) => 30_000_000,
-        (_, Effort::Smoke) => 700,
-        (_, Effort::Standard) => 30_000,
-        (_, Effort::Full) => 1_000_000,
-    }
+    effort.of(match solver {
+        "bernstein" => [100_000, 3_000_000, 30_000_000],
+        _ => [700, 30_000, 1_000_000],
+    })
 }
 
 /// A point of the cup from which a ray leaves.
@@ -163,38 +152,13 @@ impl Departure {
 }
 
 /// One line of the table.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Count {
     offset: f64,
     ratio: f64,
     rays: u64,
     self_hits: u64,
     leaks: u64,
-}
-
-impl Count {
-    fn new(offset: f64, ratio: f64) -> Self {
-        Self {
-            offset,
-            ratio,
-            rays: 0,
-            self_hits: 0,
-            leaks: 0,
-        }
-    }
-
-    fn row(&self, setting: &Setting) -> Vec<Value> {
-        vec![
-            setting.name.as_str().into(),
-            setting.point.as_str().into(),
-            setting.tolerance.into(),
-            self.offset.into(),
-            self.ratio.into(),
-            self.rays.into(),
-            self.self_hits.into(),
-            self.leaks.into(),
-        ]
-    }
 }
 
 /// What a run is about.
@@ -229,12 +193,17 @@ impl Setting {
     }
 
     fn counts(&self) -> Vec<Count> {
-        let in_tolerances = |ratio: f64| Count::new(ratio * self.tolerance, ratio);
+        let count = |offset: f64, ratio: f64| Count {
+            offset,
+            ratio,
+            ..Count::default()
+        };
+        let in_tolerances = |ratio: f64| count(ratio * self.tolerance, ratio);
         match (self.name.as_str(), self.point.as_str()) {
             ("newton", _) => RATIOS.map(in_tolerances).to_vec(),
             (_, "leave") => vec![in_tolerances(OFFSET_IN_ERRORS)],
             _ => OFFSETS
-                .map(|offset| Count::new(offset, offset / self.tolerance))
+                .map(|offset| count(offset, offset / self.tolerance))
                 .to_vec(),
         }
     }
@@ -270,16 +239,23 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
             count.leaks += u64::from(jumped);
         }
     }
+    let row = |count: &Count| {
+        let names = values([setting.name.as_str(), &setting.point]);
+        let numbers = values([setting.tolerance, count.offset, count.ratio]);
+        let counts = values([count.rays, count.self_hits, count.leaks]);
+        [names, numbers, counts].concat()
+    };
     Ok(Outcome {
-        rows: counts.iter().map(|count| count.row(&setting)).collect(),
+        rows: counts.iter().map(row).collect(),
         work,
     })
 }
 
-/// A row as numbers.
+/// A row of the table.
+#[derive(Deserialize)]
 struct Row {
     offset: f64,
-    ratio: f64,
+    offset_over_tolerance: f64,
     rays: f64,
     self_hits: f64,
     leaks: f64,
@@ -287,138 +263,105 @@ struct Row {
 
 fn rows(table: &Table, solver: &str, point: &str) -> Vec<Row> {
     let part = table.filter("solver", &solver.into());
-    let part = part.filter("point", &point.into());
-    let names = [
-        "offset",
-        "offset_over_tolerance",
-        "rays",
-        "self_hits",
-        "leaks",
-    ];
-    let row = |[offset, ratio, rays, self_hits, leaks]: [f64; 5]| Row {
-        offset,
-        ratio,
-        rays,
-        self_hits,
-        leaks,
-    };
-    part.select(names).into_iter().map(row).collect()
+    part.filter("point", &point.into()).read()
 }
 
 /// Sum of a count, and of the rays, over the rows that pass.
 fn total(rows: &[Row], pass: impl Fn(&Row) -> bool, count: impl Fn(&Row) -> f64) -> (u64, u64) {
-    let passing = || rows.iter().filter(|row| pass(row));
-    let sum = passing().map(&count).sum::<f64>();
-    (
-        sum as u64,
-        passing().map(|row| row.rays).sum::<f64>() as u64,
-    )
+    let passing = rows.iter().filter(|row| pass(row));
+    let sums = passing.fold((0.0, 0.0), |sums, row| {
+        (sums.0 + count(row), sums.1 + row.rays)
+    });
+    (sums.0 as u64, sums.1 as u64)
 }
 
 fn conclude(table: &Table, effort: Effort) -> Conclusion {
-    let subject = |claim, statement| Subject {
-        experiment: EXPERIMENT.name,
-        claim,
-        statement,
-        decided_at: Effort::Smoke,
-        effort,
-    };
     let newton = rows(table, "newton", "surface");
     let leave = rows(table, "bernstein", "leave");
     let walls = rows(table, "bernstein", "surface");
-    let (far, far_rays) = total(&newton, |row| row.ratio >= 2.0, |row| row.self_hits);
-    let (near, near_rays) = total(&newton, |row| row.ratio == 0.0, |row| row.self_hits);
-    let (bad, left) = total(&leave, |_| true, |row| row.self_hits + row.leaks);
-    let (early, safe_rays) = total(&walls, |row| row.offset <= SAFE_OFFSET, |row| row.leaks);
-    let (jumps, wide_rays) = total(&walls, |row| row.offset >= JUMPING_OFFSET, |row| row.leaks);
-    let share = |hits: u64, n: u64| (hits as f64 / n as f64, binomial_interval(hits, n, 0.95));
-    let (most, most_interval) = share(near, near_rays);
-    let (jumped, jumped_interval) = share(jumps, wide_rays);
-    let twice = "At an offset of two tolerances or more from a point on the surface no ray meets the sheet it leaves.";
-    let none = "Without an offset most rays meet the sheet they leave.";
-    let certified = "Rays that leave by the certified bound of the hit's error neither meet their sheet nor jump a wall.";
-    let thin = "Offsets up to 1e-3 jump no wall of the cup.";
-    let thick = "An offset of .3 jumps the rim and the base: the upper limit is real.";
+    let subject = |claim, statement| EXPERIMENT.subject(claim, statement, Effort::Smoke, effort);
+    let none =
+        |claim, statement, (failures, n)| Claim::exact(subject(claim, statement), failures, n);
+    let some = |claim, statement, (hits, n), range| {
+        Claim::share_in_range(subject(claim, statement), hits, n, range)
+    };
     Conclusion {
         claims: vec![
-            Claim::exact(subject("two tolerances suffice", twice), far, far_rays),
-            Claim::in_range(
-                subject("no offset fails", none),
-                most,
-                most_interval,
-                near_rays,
+            none(
+                "two tolerances suffice",
+                "At an offset of two tolerances or more from a point on the surface no ray meets the sheet it leaves.",
+                total(
+                    &newton,
+                    |row| row.offset_over_tolerance >= 2.0,
+                    |row| row.self_hits,
+                ),
+            ),
+            some(
+                "no offset fails",
+                "Without an offset most rays meet the sheet they leave.",
+                total(
+                    &newton,
+                    |row| row.offset_over_tolerance == 0.0,
+                    |row| row.self_hits,
+                ),
                 MOST,
             ),
-            Claim::exact(
-                subject("the certified offset suffices", certified),
-                bad,
-                left,
+            none(
+                "the certified offset suffices",
+                "Rays that leave by the certified bound of the hit's error neither meet their sheet nor jump a wall.",
+                total(&leave, |_| true, |row| row.self_hits + row.leaks),
             ),
-            Claim::exact(subject("small offsets do not leak", thin), early, safe_rays),
-            Claim::in_range(
-                subject("large offsets leak", thick),
-                jumped,
-                jumped_interval,
-                wide_rays,
+            none(
+                "small offsets do not leak",
+                "Offsets up to 1e-3 jump no wall of the cup.",
+                total(&walls, |row| row.offset <= SAFE_OFFSET, |row| row.leaks),
+            ),
+            some(
+                "large offsets leak",
+                "An offset of .3 jumps the rim and the base: the upper limit is real.",
+                total(&walls, |row| row.offset >= JUMPING_OFFSET, |row| row.leaks),
                 (0.1, 0.9),
             ),
         ],
         plots: vec![cliff_plot(table), leak_plot(&walls)],
+        ..Conclusion::default()
     }
 }
 
 /// Self-hit shares of all tolerances together, per kind of point.
 fn cliff_plot(table: &Table) -> Plot {
-    let series = [
+    let points = [
         ("surface", "point put on the surface"),
         ("ray", "point left on the ray"),
     ];
-    let series = series.map(|(point, name)| {
+    let series = points.map(|(point, name)| {
         let all = rows(table, "newton", point);
-        let counts: Vec<(f64, u64, u64)> = RATIOS
-            .iter()
-            .filter(|&&ratio| ratio <= 4.0)
-            .map(|&ratio| {
-                let same = |row: &Row| row.ratio == ratio;
-                let (hits, n) = total(&all, same, |row| row.self_hits);
-                (ratio, hits, n)
-            })
-            .collect();
-        let share = |&(ratio, hits, n): &(f64, u64, u64)| (ratio, hits as f64 / n as f64);
-        Series {
-            name: name.to_owned(),
-            points: counts.iter().map(share).collect(),
-            intervals: (counts.iter())
-                .map(|&(_, hits, n)| binomial_interval(hits, n, 0.95))
-                .collect(),
-            predicted: false,
-        }
+        let shown = RATIOS.into_iter().filter(|&ratio| ratio <= 4.0);
+        let count = |ratio: f64| {
+            let same = |row: &Row| row.offset_over_tolerance == ratio;
+            let (hits, n) = total(&all, same, |row| row.self_hits);
+            (ratio, hits, n)
+        };
+        Series::shares(name, shown.map(count))
     });
-    Plot {
-        title: "The eps cliff: two tolerances suffice".to_owned(),
-        x: Axis::linear("offset / tolerance"),
-        y: Axis::linear("share of rays that meet the sheet they leave"),
-        series: series.to_vec(),
-    }
+    Plot::new(
+        "The eps cliff: two tolerances suffice",
+        Axis::linear("offset / tolerance"),
+        Axis::linear("share of rays that meet their sheet"),
+        series,
+    )
 }
 
 fn leak_plot(walls: &[Row]) -> Plot {
-    Plot {
-        title: "The upper limit: large offsets jump walls".to_owned(),
-        x: Axis::log("offset, world units"),
-        y: Axis::linear("share of starts behind another sheet"),
-        series: vec![Series {
-            name: "cup, rim and base .04 to .2 thick".to_owned(),
-            points: walls
-                .iter()
-                .map(|row| (row.offset, row.leaks / row.rays))
-                .collect(),
-            intervals: (walls.iter())
-                .map(|row| binomial_interval(row.leaks as u64, row.rays as u64, 0.95))
-                .collect(),
-            predicted: false,
-        }],
-    }
+    let counts = walls
+        .iter()
+        .map(|row| (row.offset, row.leaks as u64, row.rays as u64));
+    Plot::new(
+        "The upper limit: large offsets jump walls",
+        Axis::log("offset (world units)"),
+        Axis::linear("share of starts behind another sheet"),
+        [Series::shares("cup, rim and base .04 to .2 thick", counts)],
+    )
 }
 
 #[cfg(test)]
@@ -426,28 +369,18 @@ mod tests {
     use super::*;
 
     fn table(self_hits_at_two: u64, leaks_at_leave: u64) -> Table {
-        let row = |solver: &str, point: &str, offset: f64, ratio: f64, counts: [u64; 2]| {
-            vec![
-                solver.into(),
-                point.into(),
-                1.0.into(),
-                offset.into(),
-                ratio.into(),
-                1000_u64.into(),
-                counts[0].into(),
-                counts[1].into(),
-            ]
+        let row = |solver: &str, point: &str, [offset, ratio]: [f64; 2], counts: [u64; 2]| {
+            let names = values([solver, point]);
+            let numbers = values([1.0, offset, ratio, 1000.0]);
+            [names, numbers, values(counts)].concat()
         };
-        Table {
-            columns: EXPERIMENT.columns.iter().map(|&c| c.to_owned()).collect(),
-            rows: vec![
-                row("newton", "surface", 0.0, 0.0, [700, 0]),
-                row("newton", "surface", 2e-6, 2.0, [self_hits_at_two, 0]),
-                row("bernstein", "leave", 1e-13, 4.0, [0, leaks_at_leave]),
-                row("bernstein", "surface", 1e-6, 1e7, [0, 0]),
-                row("bernstein", "surface", 0.3, 1e13, [0, 400]),
-            ],
-        }
+        EXPERIMENT.table(vec![
+            row("newton", "surface", [0.0, 0.0], [700, 0]),
+            row("newton", "surface", [2e-6, 2.0], [self_hits_at_two, 0]),
+            row("bernstein", "leave", [1e-13, 4.0], [0, leaks_at_leave]),
+            row("bernstein", "surface", [1e-6, 1e7], [0, 0]),
+            row("bernstein", "surface", [0.3, 1e13], [0, 400]),
+        ])
     }
 
     #[test]

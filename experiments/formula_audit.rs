@@ -15,7 +15,7 @@ mod light;
 mod newton;
 mod photons;
 
-use crate::lab::claim::{Claim, Subject};
+use crate::lab::claim::Claim;
 use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
 use crate::lab::table::{Table, Value};
 use crate::numeric::rng::{Purpose, Stream};
@@ -46,6 +46,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "accepted",
     ],
     timed: false,
+    cpu_seconds: [0.5, 9.0, 90.0],
     plan,
     execute,
     conclude,
@@ -182,13 +183,7 @@ fn conclude(table: &Table, effort: Effort) -> Conclusion {
             "rejected",
             "accepted",
         ]);
-        let subject = Subject {
-            experiment: EXPERIMENT.name,
-            claim: name,
-            statement,
-            decided_at: Effort::Smoke,
-            effort,
-        };
+        let subject = EXPERIMENT.subject(name, statement, Effort::Smoke, effort);
         let failures = rows.iter().filter(|row| !fine(row)).count();
         Claim::exact(subject, failures as u64, rows.len() as u64)
     };
@@ -216,6 +211,7 @@ fn conclude(table: &Table, effort: Effort) -> Conclusion {
             ),
         ],
         plots: vec![curve::plot()],
+        ..Conclusion::default()
     }
 }
 
@@ -232,10 +228,7 @@ mod tests {
             accepted: judged[1],
         };
         let fault = faults().next().expect("there are faults");
-        Table {
-            columns: EXPERIMENT.columns.iter().map(|&c| c.to_owned()).collect(),
-            rows: vec![row(fault, &found)],
-        }
+        EXPERIMENT.table(vec![row(fault, &found)])
     }
 
     #[test]

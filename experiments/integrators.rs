@@ -1,17 +1,10 @@
 //! Do path tracing and photon mapping draw the same picture where no closed form and no reference exists?
 
-use crate::lab::claim::{Claim, Estimate, Subject};
-use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
-use crate::lab::plot::{Axis, Plot, Scale, Series};
-use crate::lab::table::{Table, Value};
+use crate::lab::claim::{Claim, Estimate};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
+use crate::lab::plot::{Axis, Plot, Series};
+use crate::lab::rendering::render;
 use crate::numeric::statistics::Moments;
-use crate::render::driver::render_unwatched;
-use crate::render::settings::Settings;
-use crate::scene::file::load;
-use std::path::Path;
-use std::time::Instant;
-
-const NAME: &str = "integrators";
 
 /// Scenes, each with the size of its picture and the first gather radius: glass on a tiled floor, every material and texture, a
 /// thin lens. The radius is small against the objects, because the default of 3 pixels would be large in pictures as small as these.
@@ -28,7 +21,7 @@ const KERNEL_BIAS: f64 = 0.01;
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
-    name: NAME,
+    name: "integrators",
     question: "Do path tracing and photon mapping draw the same picture of the cup, the gallery and the lens?",
     prediction: "The means of the pictures are equal, up to the share of light that the photon map's kernel loses over edges and \
                  corners (at most 1 %).",
@@ -37,34 +30,23 @@ pub const EXPERIMENT: Experiment = Experiment {
              The kernel's share is a bound from corners of a room (bias² ~ r² at one-sided boundaries).",
     columns: &["scene", "integrator", "replicate", "mean", "render_s"],
     timed: false,
+    cpu_seconds: [23.5, 490.0, 3900.0],
     plan,
     execute,
     conclude,
 };
 
 fn plan(_: Effort) -> Vec<Run> {
-    let mut runs = Vec::new();
-    for (scene, ..) in SCENES {
-        for integrator in INTEGRATORS {
-            for replicate in 0..REPLICATES {
-                runs.push(Run::new([
-                    ("scene", scene.into()),
-                    ("integrator", integrator.into()),
-                    ("replicate", replicate.into()),
-                ]));
-            }
-        }
-    }
-    runs
+    grid([
+        ("scene", values(SCENES.map(|(scene, ..)| scene))),
+        ("integrator", values(INTEGRATORS)),
+        ("replicate", values(0..REPLICATES)),
+    ])
 }
 
 /// Camera samples a pixel of `path`; passes of 20 000 photons of `ppm`.
-fn budget(effort: Effort) -> (u32, u64) {
-    match effort {
-        Effort::Smoke => (80, 8),
-        Effort::Standard => (2_048, 100),
-        Effort::Full => (16_384, 800),
-    }
+fn budget(effort: Effort) -> (u32, u32) {
+    effort.of([(80, 8), (2_048, 100), (16_384, 800)])
 }
 
 fn margin(effort: Effort) -> f64 {
@@ -78,89 +60,61 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
         .find(|(scene, ..)| *scene == name)
         .ok_or_else(|| anyhow::anyhow!("no scene {name}"))?;
     let (spp, passes) = budget(effort);
-    let overrides = [
-        ("film.width", width.to_string()),
-        ("film.height", height.to_string()),
-        ("render.integrator", format!("\"{integrator}\"")),
-        (
-            "render.spp",
-            if integrator == "path" { spp } else { 16 }.to_string(),
-        ),
-        ("render.passes", passes.to_string()),
-        ("render.photons", "20000".to_owned()),
-        ("render.radius", format!("{radius:?}")),
+    let spp = if integrator == "path" { spp } else { 16 };
+    let sets = [
+        ("film.width", width.into()),
+        ("film.height", height.into()),
+        ("render.integrator", integrator.into()),
+        ("render.spp", spp.into()),
+        ("render.passes", passes.into()),
+        ("render.photons", 20_000.into()),
+        ("render.radius", radius.into()),
     ];
-    let overrides = overrides.map(|(key, value)| (key.to_owned(), value));
-    let scene = load(
-        &Path::new("scenes").join(format!("{name}.toml")),
-        &overrides,
-    )?;
-    let settings = Settings {
-        seed,
-        threads: Some(1),
-        ..Settings::resolve(&scene.render)
-    };
-    let start = Instant::now();
-    let outcome = render_unwatched(&scene, &settings)?;
-    let mut row: Vec<Value> = run
-        .parameters
-        .iter()
-        .map(|(_, value)| value.clone())
-        .collect();
-    let mean = outcome.film.mean().element_sum() / 3.0;
-    row.extend([mean.into(), start.elapsed().as_secs_f64().into()]);
-    Ok(Outcome {
-        rows: vec![row],
-        work: outcome.work,
-    })
+    let rendered = render(&name, &sets, seed)?;
+    let row = run.row(values([rendered.mean(), rendered.seconds]));
+    Ok(Outcome::of_row(row, rendered.work))
 }
 
 fn conclude(table: &Table, effort: Effort) -> Conclusion {
     let mut conclusion = Conclusion::default();
-    let mut means = INTEGRATORS.map(|integrator| (integrator, Vec::new(), Vec::new()));
+    let mut series = INTEGRATORS.map(|name| Series::scattered(name, []));
+    let mut costs = series.clone();
     for (place, (scene, ..)) in (1..).zip(SCENES) {
         let part = table.filter("scene", &scene.into());
-        let of = |integrator: &str| {
-            Moments::of(
-                part.filter("integrator", &integrator.into())
-                    .numbers("mean"),
-            )
+        let of = |integrator: &str, column| {
+            let part = part.filter("integrator", &integrator.into());
+            Moments::of(part.numbers(column))
         };
-        let truth = of("path").mean();
-        for (integrator, points, intervals) in &mut means {
-            let moments = of(integrator);
-            let percent = |value: f64| 100.0 * (value / truth - 1.0);
-            let reach = 2.0 * moments.standard_error();
-            points.push((f64::from(place), percent(moments.mean())));
-            intervals.push((
-                percent(moments.mean() - reach),
-                percent(moments.mean() + reach),
-            ));
+        let [path, ppm] = INTEGRATORS.map(|integrator| of(integrator, "mean"));
+        for (index, moments) in [&path, &ppm].into_iter().enumerate() {
+            let percent = |value: f64| 100.0 * (value / path.mean() - 1.0);
+            let (mean, reach) = (moments.mean(), 2.0 * moments.standard_error());
+            // Side by side, so that neither hides the other.
+            let at = f64::from(place) + 0.1 * index as f64;
+            series[index].points.push((at, percent(mean)));
+            let interval = (percent(mean - reach), percent(mean + reach));
+            series[index].intervals.push(interval);
+            let noise = 100.0 * moments.variance().sqrt() / mean;
+            let seconds = of(INTEGRATORS[index], "render_s").mean();
+            costs[index].points.push((seconds, noise));
+            costs[index].labels.push(scene.to_owned());
         }
-        conclusion
-            .claims
-            .push(claim(scene, &of("path"), &of("ppm"), effort));
+        conclusion.claims.push(claim(scene, &path, &ppm, effort));
     }
-    conclusion.plots.push(Plot {
-        title: "Both integrators give the same mean (bars: two standard errors)".to_owned(),
-        x: Axis {
-            label: "scene: 1 cup, 2 gallery, 3 lens".to_owned(),
-            scale: Scale::Linear,
-        },
-        y: Axis {
-            label: "mean radiance against path (%)".to_owned(),
-            scale: Scale::Linear,
-        },
-        series: means
-            .into_iter()
-            .map(|(name, points, intervals)| Series {
-                name: name.to_owned(),
-                points,
-                intervals,
-                predicted: false,
-            })
-            .collect(),
-    });
+    conclusion.plots = vec![
+        Plot::new(
+            "Both integrators give the same mean (bars: two standard errors)",
+            Axis::linear("scene: 1 cup, 2 gallery, 3 lens"),
+            Axis::linear("mean radiance against path (%)"),
+            series,
+        ),
+        Plot::new(
+            "What the mean of a picture costs, and its noise",
+            Axis::log("CPU time of a render (s)"),
+            Axis::log("standard deviation of the mean (%)"),
+            costs,
+        ),
+    ];
     conclusion
 }
 
@@ -174,15 +128,11 @@ fn claim(scene: &str, path: &Moments, ppm: &Moments, effort: Effort) -> Claim {
         freedom: path.count().min(ppm.count()) as f64 - 1.0,
         n: path.count() + ppm.count(),
     };
-    let subject = Subject {
-        experiment: NAME,
-        claim: &format!("{scene}_mean"),
-        statement: &format!(
-            "ppm and path give the same mean radiance of the {scene} within {:.1} %",
-            100.0 * margin
-        ),
-        decided_at: Effort::Smoke,
-        effort,
-    };
+    let name = format!("{scene}_mean");
+    let statement = format!(
+        "ppm and path give the same mean radiance of the {scene} within {:.1} %",
+        100.0 * margin
+    );
+    let subject = EXPERIMENT.subject(&name, &statement, Effort::Smoke, effort);
     Claim::equivalent(subject, estimate, path.mean(), margin * path.mean())
 }

@@ -5,14 +5,14 @@ use crate::geometry::profile::Profile;
 use crate::geometry::ray::Ray;
 use crate::geometry::revolution::newton::{NewtonSettings, StartPolicy};
 use crate::geometry::revolution::{Placement, Revolution, Solver, exact};
-use crate::lab::claim::{Claim, Estimate, Subject};
-use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
+use crate::lab::claim::{Claim, Estimate};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
 use crate::lab::plot::{Axis, Plot, Series};
-use crate::lab::table::{Table, Value};
 use crate::numeric::clock::ThreadClock;
 use crate::numeric::rng::{Purpose, Stream};
-use crate::numeric::statistics::{binomial_interval, zero_failures_bound};
+use crate::numeric::statistics::{survival_exponent, zero_failures_bound};
 use crate::numeric::work::Work;
+use serde::Deserialize;
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
@@ -22,7 +22,8 @@ pub const EXPERIMENT: Experiment = Experiment {
     prediction: "Failures fall like k^-1.9, not exponentially, because basins of attraction differ in size: about 20 % wrong at \
                  1 start, .02 to .3 % at 30. No phantom. Bernstein isolation: no failure at all, and at least ten times \
                  faster than 30 starts.",
-    method: "Random rays from distance 10 into the cup's bounding cylinder; the truth is the exact oracle; a crossing is wrong if \
+    method: "Newton's method in (t, u, θ) as of Toth (1985), Bernstein isolation of the polynomial as of van Wijk (1984). Random rays \
+             from distance 10 into the cup's bounding cylinder; the truth is the exact oracle; a crossing is wrong if \
              its t differs by more than 1e-5. The starts of k are the first of those of more, so failures are nested, and the \
              exponent is the maximum-likelihood one of the survival of failures from one k (10 and above) to the next.",
     columns: &[
@@ -37,6 +38,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "ns_per_ray",
     ],
     timed: true,
+    cpu_seconds: [4.4, 160.0, 3900.0],
     plan,
     execute,
     conclude,
@@ -60,29 +62,21 @@ const LAW_FROM: f64 = 10.0;
 const LAW: (f64, f64) = (-1.9, 0.4);
 
 fn plan(_effort: Effort) -> Vec<Run> {
-    let names = POLICIES.iter().map(|(name, _)| *name);
-    std::iter::once(BERNSTEIN)
-        .chain(names)
-        .map(|name| Run::new([("policy", name.into())]))
-        .collect()
+    let policies = POLICIES.map(|(name, _)| name);
+    grid([("policy", values([BERNSTEIN].into_iter().chain(policies)))])
 }
 
 /// Newton with all its starts costs about 700 µs a ray, the oracle 165 µs.
 fn rays(policy: &str, effort: Effort) -> u64 {
-    match (policy, effort) {
-        (BERNSTEIN, Effort::Smoke) => 5000,
-        (BERNSTEIN, Effort::Standard) => 250_000,
-        (BERNSTEIN, Effort::Full) => 10_000_000,
-        (_, Effort::Smoke) => 1500,
-        (_, Effort::Standard) => 50_000,
-        (_, Effort::Full) => 1_000_000,
-    }
+    effort.of(match policy {
+        BERNSTEIN => [5000, 250_000, 10_000_000],
+        _ => [1500, 50_000, 1_000_000],
+    })
 }
 
-/// A solver and what it did so far.
-struct Entry {
-    starts: u32,
-    solver: Solver,
+/// What a solver did so far.
+#[derive(Default)]
+struct Tally {
     miss: u64,
     wrong: u64,
     phantom: u64,
@@ -90,24 +84,18 @@ struct Entry {
     seconds: f64,
 }
 
-impl Entry {
-    fn new(starts: u32, solver: Solver) -> Self {
-        Self {
-            starts,
-            solver,
-            miss: 0,
-            wrong: 0,
-            phantom: 0,
-            work: Work::default(),
-            seconds: 0.0,
-        }
-    }
-
-    fn measure(&mut self, surface: &Revolution, rays: &[Ray], truth: &[Option<f64>]) {
+impl Tally {
+    fn measure(
+        &mut self,
+        solver: &Solver,
+        surface: &Revolution,
+        rays: &[Ray],
+        truth: &[Option<f64>],
+    ) {
         let clock = ThreadClock::start();
         let nearest = rays
             .iter()
-            .map(|ray| surface.nearest(ray, &self.solver, &mut self.work));
+            .map(|ray| surface.nearest(ray, solver, &mut self.work));
         let found: Vec<_> = nearest.collect();
         self.seconds += clock.seconds();
         for (found, truth) in found.iter().zip(truth) {
@@ -121,73 +109,71 @@ impl Entry {
             }
         }
     }
-
-    fn row(&self, policy: &str, rays: u64, hits: u64) -> Vec<Value> {
-        vec![
-            policy.into(),
-            self.starts.into(),
-            rays.into(),
-            hits.into(),
-            self.miss.into(),
-            self.wrong.into(),
-            self.phantom.into(),
-            (self.work.solver_iterations as f64 / rays as f64).into(),
-            (self.seconds * 1e9 / rays as f64).into(),
-        ]
-    }
 }
 
-fn entries(policy: &str) -> Vec<Entry> {
+/// The solvers of a run, each with its number of starts.
+fn solvers(policy: &str) -> Vec<(u32, Solver)> {
     let known = POLICIES.iter().find(|(name, _)| *name == policy);
     let Some(&(_, policy)) = known else {
-        return vec![Entry::new(0, Solver::Bernstein)];
+        return vec![(0, Solver::Bernstein)];
     };
-    let newton = |&starts: &u32| {
-        let settings = NewtonSettings {
-            starts,
-            policy,
-            ..NewtonSettings::default()
-        };
-        Entry::new(starts, Solver::Newton(settings))
+    let newton = |starts| NewtonSettings {
+        starts,
+        policy,
+        ..NewtonSettings::default()
     };
-    STARTS.iter().map(newton).collect()
+    STARTS
+        .map(|starts| (starts, Solver::Newton(newton(starts))))
+        .to_vec()
 }
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let policy = run.text("policy");
     let count = rays(&policy, effort);
     let surface = Revolution::new(Profile::cup(), Placement::identity());
-    let mut entries = entries(&policy);
+    let new = |(starts, solver)| (starts, solver, Tally::default());
+    let mut tallies: Vec<_> = solvers(&policy).into_iter().map(new).collect();
     let mut hits = 0;
     for start in (0..count).step_by(CHUNK as usize) {
-        let indices = start..count.min(start + CHUNK);
-        let rays: Vec<Ray> = indices
+        let rays: Vec<Ray> = (start..count.min(start + CHUNK))
             .map(|index| random_ray(&mut Stream::new(seed, Purpose::Experiment, index)))
             .collect();
         let nearest = |ray: &Ray| {
-            exact::crossings(surface.profile(), ray)
-                .first()
-                .map(|c| c.t)
+            let all = exact::crossings(surface.profile(), ray);
+            all.first().map(|crossing| crossing.t)
         };
         let truth: Vec<Option<f64>> = rays.iter().map(nearest).collect();
         hits += truth.iter().flatten().count() as u64;
-        for entry in &mut entries {
-            entry.measure(&surface, &rays, &truth);
+        for (_, solver, tally) in &mut tallies {
+            tally.measure(solver, &surface, &rays, &truth);
         }
     }
     let mut outcome = Outcome::default();
-    for entry in &entries {
-        outcome.rows.push(entry.row(&policy, count, hits));
-        outcome.work += entry.work;
+    for (starts, _, tally) in &tallies {
+        let counts = [
+            u64::from(*starts),
+            count,
+            hits,
+            tally.miss,
+            tally.wrong,
+            tally.phantom,
+        ];
+        let iterations = tally.work.solver_iterations as f64;
+        let per_ray = [iterations, tally.seconds * 1e9].map(|sum| sum / count as f64);
+        outcome
+            .rows
+            .push(run.row([values(counts), values(per_ray)].concat()));
+        outcome.work += tally.work;
     }
     Ok(outcome)
 }
 
 /// A row of the table.
+#[derive(Deserialize)]
 struct Row {
     starts: f64,
     rays: f64,
-    hits: f64,
+    true_hits: f64,
     miss: f64,
     wrong: f64,
     phantom: f64,
@@ -195,97 +181,17 @@ struct Row {
 }
 
 impl Row {
-    fn failures(&self) -> f64 {
-        self.miss + self.wrong
+    fn failures(&self) -> u64 {
+        (self.miss + self.wrong) as u64
     }
 
-    fn share(&self) -> f64 {
-        self.failures() / self.hits
-    }
-
-    fn interval(&self) -> (f64, f64) {
-        binomial_interval(self.failures() as u64, self.hits as u64, 0.95)
+    fn hits(&self) -> u64 {
+        self.true_hits as u64
     }
 }
 
 fn rows(table: &Table, policy: &str) -> Vec<Row> {
-    let names = [
-        "starts",
-        "rays",
-        "true_hits",
-        "miss",
-        "wrong",
-        "phantom",
-        "ns_per_ray",
-    ];
-    let part = table.filter("policy", &policy.into()).select(names);
-    let row = |[starts, rays, hits, miss, wrong, phantom, ns_per_ray]: [f64; 7]| Row {
-        starts,
-        rays,
-        hits,
-        miss,
-        wrong,
-        phantom,
-        ns_per_ray,
-    };
-    part.into_iter().map(row).collect()
-}
-
-/// Exponent b of failures ~ k^b from nested counts (k, failures), with its standard error.
-///
-/// Because the starts are nested, a ray that fails at k is one of those that failed at every smaller k, and the counts are a
-/// chain of binomials with survival pⱼ = (kⱼ₊₁/kⱼ)^b. The likelihood's derivative falls in −b, so bisection finds its zero; the
-/// standard error is 1/√(Fisher information), Σ fⱼ xⱼ² pⱼ/(1 − pⱼ) with xⱼ = ln(kⱼ₊₁/kⱼ).
-fn survival_exponent(counts: &[(f64, f64)]) -> Option<(f64, f64)> {
-    let steps: Vec<(f64, f64, f64)> = counts
-        .windows(2)
-        .filter(|w| w[0].1 > 0.0)
-        .map(|w| (libm::log(w[1].0 / w[0].0), w[0].1, w[1].1))
-        .collect();
-    let lost: f64 = steps.iter().map(|s| s.1 - s.2).sum();
-    let kept: f64 = steps.iter().map(|s| s.2).sum();
-    if lost <= 0.0 || kept <= 0.0 {
-        return None;
-    }
-    let score = |decay: f64| -> f64 {
-        let term = |&(x, before, after): &(f64, f64, f64)| {
-            let p = libm::exp(-decay * x);
-            x * ((before - after) * p / (1.0 - p) - after)
-        };
-        steps.iter().map(term).sum()
-    };
-    let (mut low, mut high) = (1e-6, 100.0);
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if score(middle) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let information: f64 = steps
-        .iter()
-        .map(|&(x, before, _)| {
-            let p = libm::exp(-low * x);
-            before * x * x * p / (1.0 - p)
-        })
-        .sum();
-    Some((-low, 1.0 / information.sqrt()))
-}
-
-fn subject<'a>(
-    claim: &'a str,
-    statement: &'a str,
-    decided_at: Effort,
-    effort: Effort,
-) -> Subject<'a> {
-    Subject {
-        experiment: EXPERIMENT.name,
-        claim,
-        statement,
-        decided_at,
-        effort,
-    }
+    table.filter("policy", &policy.into()).read()
 }
 
 fn conclude(table: &Table, effort: Effort) -> Conclusion {
@@ -300,62 +206,61 @@ fn conclude(table: &Table, effort: Effort) -> Conclusion {
             speed(&bernstein, &newton, effort),
         ],
         plots: vec![failures_plot(table), cost_plot(table)],
+        ..Conclusion::default()
     }
 }
 
 fn no_failure(bernstein: &[Row], effort: Effort) -> Claim {
-    let failures: f64 = bernstein.iter().map(|r| r.failures() + r.phantom).sum();
-    let n: f64 = bernstein.iter().map(|r| r.rays).sum();
     let statement = "The Bernstein solver returns the nearest crossing of every random ray at the cup, and none where there is none.";
-    let subject = subject("bernstein is right", statement, Effort::Smoke, effort);
-    Claim::exact(subject, failures as u64, n as u64)
+    let subject = EXPERIMENT.subject("bernstein is right", statement, Effort::Smoke, effort);
+    let failures = bernstein.iter().map(|r| r.failures() + r.phantom as u64);
+    Claim::exact(
+        subject,
+        failures.sum(),
+        bernstein.iter().map(|r| r.rays as u64).sum(),
+    )
 }
 
 fn no_phantom(table: &Table, effort: Effort) -> Claim {
-    let mut counts = (0.0, 0.0);
-    for (policy, _) in POLICIES {
-        for row in rows(table, policy) {
-            counts.0 += row.phantom;
-            counts.1 += row.rays - row.hits;
-        }
-    }
     let statement = "Newton's method returns no crossing for a ray that has none.";
-    let subject = subject("newton invents nothing", statement, Effort::Smoke, effort);
+    let subject = EXPERIMENT.subject("newton invents nothing", statement, Effort::Smoke, effort);
+    let rows = POLICIES.iter().flat_map(|(policy, _)| rows(table, policy));
+    let counts = rows.fold((0.0, 0.0), |(phantoms, empty), row| {
+        (phantoms + row.phantom, empty + row.rays - row.true_hits)
+    });
     Claim::exact(subject, counts.0 as u64, counts.1 as u64)
 }
 
 fn thirty_starts(newton: &[Row], effort: Effort) -> Claim {
     let statement = "With 30 random starts per piece .02 to .3 % of the rays that hit get a farther crossing or none.";
-    let subject = subject("30 starts fail", statement, Effort::Standard, effort);
+    let subject = EXPERIMENT.subject("30 starts fail", statement, Effort::Standard, effort);
     let row = newton.iter().find(|row| row.starts == 30.0);
-    let (share, interval, n) = row.map_or((f64::NAN, (0.0, 1.0), 0), |row| {
-        (row.share(), row.interval(), row.hits as u64)
-    });
-    Claim::in_range(subject, share, interval, n, (2e-4, 3e-3))
+    let (failures, hits) = row.map_or((0, 0), |row| (row.failures(), row.hits()));
+    Claim::share_in_range(subject, failures, hits, (2e-4, 3e-3))
 }
 
 fn law(newton: &[Row], effort: Effort) -> Claim {
     let statement =
         "Failures fall as a power of the number of starts, with an exponent within .4 of -1.9.";
-    let subject = subject("law of failure", statement, Effort::Standard, effort);
+    let subject = EXPERIMENT.subject("law of failure", statement, Effort::Standard, effort);
     let counts: Vec<(f64, f64)> = (newton.iter())
         .filter(|row| row.starts >= LAW_FROM)
-        .map(|row| (row.starts, row.failures()))
+        .map(|row| (row.starts, row.failures() as f64))
         .collect();
     let (value, standard_error) = survival_exponent(&counts).unwrap_or((f64::NAN, f64::NAN));
-    let estimate = Estimate {
-        value,
-        standard_error,
-        freedom: f64::INFINITY,
-        n: counts.first().map_or(0, |first| first.1 as u64),
-    };
-    Claim::equivalent(subject, estimate, LAW.0, LAW.1)
+    let n = counts.first().map_or(0, |first| first.1 as u64);
+    Claim::equivalent(
+        subject,
+        Estimate::known(value, standard_error, n),
+        LAW.0,
+        LAW.1,
+    )
 }
 
 fn speed(bernstein: &[Row], newton: &[Row], effort: Effort) -> Claim {
     let statement =
         "Certainty is cheaper: 30 starts take at least ten times as long as the Bernstein solver.";
-    let subject = subject("certainty is cheaper", statement, Effort::Smoke, effort);
+    let subject = EXPERIMENT.subject("certainty is cheaper", statement, Effort::Smoke, effort);
     let slow = newton.iter().find(|row| row.starts == 30.0);
     let ratio = match (slow, bernstein.first()) {
         (Some(slow), Some(fast)) => slow.ns_per_ray / fast.ns_per_ray,
@@ -368,100 +273,70 @@ fn speed(bernstein: &[Row], newton: &[Row], effort: Effort) -> Claim {
     Claim::in_range(subject, decades, interval, 1, (1.0, 5.0))
 }
 
-fn measured(name: &str, rows: &[Row], x: impl Fn(&Row) -> f64) -> Series {
-    let failing = || rows.iter().filter(|row| row.failures() > 0.0);
-    Series {
-        name: name.to_owned(),
-        points: failing().map(|row| (x(row), row.share())).collect(),
-        intervals: failing().map(Row::interval).collect(),
-        predicted: false,
-    }
+/// Shares of failures of a policy, where any were seen, with the numbers of starts as labels.
+fn failing(name: &str, table: &Table, x: fn(&Row) -> f64) -> Series {
+    let rows: Vec<Row> = rows(table, name);
+    let failing = || rows.iter().filter(|row| row.failures() > 0);
+    Series::shares(
+        name,
+        failing().map(|row| (x(row), row.failures(), row.hits())),
+    )
+    .with_labels(failing().map(|row| row.starts))
 }
 
 fn failures_plot(table: &Table) -> Plot {
-    let mut series: Vec<Series> = (POLICIES.iter())
-        .map(|(name, _)| measured(name, &rows(table, name), |row| row.starts))
-        .collect();
+    let policies = POLICIES.map(|(name, _)| Series {
+        labels: Vec::new(),
+        ..failing(name, table, |row| row.starts)
+    });
     // The seed's measured .084 % at 30 starts, continued by the law.
-    let law = |k: u32| {
+    let law = |&k: &u32| {
         let k = f64::from(k);
         (k, 8.4e-4 * libm::pow(k / 30.0, LAW.0))
     };
-    series.push(Series {
-        name: "predicted: k^-1.9".to_owned(),
-        points: STARTS[3..].iter().map(|&k| law(k)).collect(),
-        intervals: Vec::new(),
-        predicted: true,
-    });
-    Plot {
-        title: "Random restarts never become safe: failures fall as a power of the starts"
-            .to_owned(),
-        x: Axis::log("starts per piece"),
-        y: Axis::log("share of hits missed or wrong"),
-        series,
-    }
+    let law = Series::predicted("predicted: k^-1.9", STARTS[3..].iter().map(law));
+    Plot::new(
+        "Random restarts never become safe: failures fall as a power of the starts",
+        Axis::log("starts per piece"),
+        Axis::log("share of hits missed or wrong"),
+        [law].into_iter().chain(policies),
+    )
 }
 
 fn cost_plot(table: &Table) -> Plot {
-    let mut series: Vec<Series> = (POLICIES.iter())
-        .map(|(name, _)| measured(name, &rows(table, name), |row| row.ns_per_ray))
-        .collect();
+    let policies = POLICIES.map(|(name, _)| failing(name, table, |row| row.ns_per_ray));
+    // The bar goes down from the bound: no failure was seen.
     let certain = rows(table, BERNSTEIN);
-    let bound = |row: &Row| (row.ns_per_ray, zero_failures_bound(row.rays as u64, 0.95));
-    series.push(Series {
-        name: "bernstein: no failure seen; 95 % bound".to_owned(),
-        points: certain.iter().map(bound).collect(),
-        intervals: Vec::new(),
-        predicted: false,
-    });
-    Plot {
-        title: "Speed and certainty point the same way".to_owned(),
-        x: Axis::log("time per ray, ns"),
-        y: Axis::log("share of hits missed or wrong"),
-        series,
-    }
+    let bound = |row: &Row| zero_failures_bound(row.rays as u64, 0.95);
+    let certain = Series::measured(
+        "bernstein: 95 % bound, none failed",
+        certain.iter().map(|row| (row.ns_per_ray, bound(row))),
+    )
+    .with_intervals(certain.iter().map(|row| (0.0, bound(row))));
+    Plot::speed_error(
+        "Speed and certainty point the same way (labels: starts per piece)",
+        "CPU time per ray (ns)",
+        "share of hits missed or wrong",
+        policies.into_iter().chain([certain]),
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Expected counts of a power law give its exponent back; those of an exponential law are far from it.
-    #[test]
-    fn nested_counts_of_a_power_law_give_its_exponent() {
-        let levels = [10.0, 20.0, 30.0, 50.0, 100.0, 200.0];
-        let power = levels.map(|k: f64| (k, 1e6 * libm::pow(k / 10.0, -1.7)));
-        let (exponent, error) = survival_exponent(&power).unwrap();
-        assert!((exponent + 1.7).abs() < 1e-9, "{exponent}");
-        assert!(error > 0.0 && error < 0.01);
-        let exponential = levels.map(|k: f64| (k, 1e6 * libm::exp(-0.1 * (k - 10.0))));
-        let (exponent, error) = survival_exponent(&exponential).unwrap();
-        assert!(exponent + 20.0 * error < LAW.0 + LAW.1 || exponent > LAW.0 + LAW.1);
-        assert!(survival_exponent(&[(10.0, 5.0), (20.0, 0.0)]).is_none());
-        assert!(survival_exponent(&[]).is_none());
-    }
-
     #[test]
     fn a_solver_that_is_always_wrong_fails_the_claims() {
         let row = |policy: &str, starts: u32, wrong: u64, ns: f64| {
-            vec![
-                policy.into(),
-                starts.into(),
-                1000_u64.into(),
-                800_u64.into(),
-                0_u64.into(),
-                wrong.into(),
-                0_u64.into(),
-                1.0.into(),
-                ns.into(),
-            ]
+            let counts = values([u64::from(starts), 1000, 800, 0, wrong, 0]);
+            let others = values([1.0, ns]);
+            [vec![policy.into()], counts, others].concat()
         };
-        let table = |bernstein: u64, newton: u64| Table {
-            columns: EXPERIMENT.columns.iter().map(|&c| c.to_owned()).collect(),
-            rows: vec![
+        let table = |bernstein: u64, newton: u64| {
+            EXPERIMENT.table(vec![
                 row(BERNSTEIN, 0, bernstein, 400.0),
                 row("random-u", 30, newton, 40_000.0),
-            ],
+            ])
         };
         let verdicts = |table: &Table, effort| -> Vec<bool> {
             let claims = conclude(table, effort).claims;

@@ -11,8 +11,8 @@
 
 mod conclusion;
 
-use crate::lab::experiment::{Effort, Experiment, Outcome, Run};
-use crate::lab::table::Value;
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, values};
+use crate::lab::rendering::on_one_thread;
 use crate::numeric::rng::mix;
 use crate::numeric::statistics::Moments;
 use crate::numeric::work::Work;
@@ -22,7 +22,6 @@ use crate::render::settings::Settings;
 use crate::scene::options::{Integrator, RenderTable, Rule};
 use crate::scene::{Scene, file};
 use std::path::Path;
-use std::time::Instant;
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
@@ -50,6 +49,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "cpu_s",
     ],
     timed: false,
+    cpu_seconds: [3.6, 115.0, 920.0],
     plan,
     execute,
     conclude: conclusion::conclude,
@@ -98,14 +98,6 @@ fn plan(_: Effort) -> Vec<Run> {
         runs.push(run("sphere", "constant", 1.0, 512, 4, radius));
     }
     runs
-}
-
-fn replicates(effort: Effort) -> u64 {
-    match effort {
-        Effort::Smoke => 32,
-        Effort::Standard => 1024,
-        Effort::Full => 8192,
-    }
 }
 
 /// Mean and variance of what one pass reads at a squared radius, in closed form.
@@ -180,14 +172,20 @@ fn read(
     })
 }
 
-fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
+/// Moments over the replicates of a run.
+#[derive(Default)]
+struct Tally {
+    value: Moments,
+    expected: Moments,
+    residual: Moments,
+    variance: Moments,
+    square_error: Moments,
+    work: Work,
+}
+
+fn replicate(run: &Run, count: u64, seed: u64) -> anyhow::Result<Tally> {
     let (scene, truth, form) = subject(&run.text("scene"))?;
-    let count = replicates(effort);
-    let mut work = Work::default();
-    let (mut value, mut expected, mut residual) =
-        (Moments::default(), Moments::default(), Moments::default());
-    let (mut variance, mut square_error) = (Moments::default(), Moments::default());
-    let clock = Instant::now();
+    let mut tally = Tally::default();
     for replicate in 0..count {
         let settings = Settings::resolve(&RenderTable {
             integrator: Some(Integrator::Sppm),
@@ -199,37 +197,33 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
             seed: Some(mix(&[seed, replicate])),
             ..RenderTable::default()
         });
-        let reading = read(&scene, &settings, form, &mut work)?;
-        value.add(reading.value);
-        expected.add(reading.expected);
-        residual.add(reading.value - reading.expected);
-        variance.add(reading.variance);
-        square_error.add((reading.value - truth) * (reading.value - truth));
+        let reading = read(&scene, &settings, form, &mut tally.work)?;
+        let error = reading.value - truth;
+        tally.value.add(reading.value);
+        tally.expected.add(reading.expected);
+        tally.residual.add(reading.value - reading.expected);
+        tally.variance.add(reading.variance);
+        tally.square_error.add(error * error);
     }
-    let seconds = clock.elapsed().as_secs_f64();
-    let mut row: Vec<Value> = run
-        .parameters
-        .iter()
-        .map(|(_, value)| value.clone())
-        .collect();
-    row.push(count.into());
-    row.extend(
-        [
-            truth,
-            value.mean(),
-            expected.mean(),
-            value.mean() - truth,
-            residual.variance(),
-            variance.mean(),
-            square_error.mean().sqrt(),
-            seconds,
-        ]
-        .map(Value::Number),
-    );
-    Ok(Outcome {
-        rows: vec![row],
-        work,
-    })
+    Ok(tally)
+}
+
+fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
+    let (_, truth, _) = subject(&run.text("scene"))?;
+    let count: u64 = effort.of([32, 1024, 8192]);
+    let (tally, seconds) = on_one_thread(|| replicate(run, count, seed))?;
+    let found = [
+        truth,
+        tally.value.mean(),
+        tally.expected.mean(),
+        tally.value.mean() - truth,
+        tally.residual.variance(),
+        tally.variance.mean(),
+        tally.square_error.mean().sqrt(),
+        seconds,
+    ];
+    let row = run.row([count.into()].into_iter().chain(values(found)));
+    Ok(Outcome::of_row(row, tally.work))
 }
 
 #[cfg(test)]

@@ -25,6 +25,7 @@ const TOY: Experiment = Experiment {
     method: "Means of n numbers.",
     columns: &["n", "kind", "mean", "render_s"],
     timed: false,
+    cpu_seconds: [1.0, 10.0, 100.0],
     plan: |_| {
         let grid = [10_i64, 100, 1000]
             .into_iter()
@@ -63,7 +64,7 @@ const TOY: Experiment = Experiment {
                 0.5,
                 0.1,
             )],
-            plots: Vec::new(),
+            ..Conclusion::default()
         }
     },
 };

@@ -184,6 +184,71 @@ fn fitted_lines_are_those_of_scipy() {
     assert!(fit_line(&[(0.0, 1.0, 1.0), (1.0, f64::NAN, 1.0), (2.0, 0.0, 1.0)]).is_none());
 }
 
+/// Covariance of the means of the first 1, 2, 4, … values of one run: 1/max(n, m).
+fn nested() -> (Vec<f64>, Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let levels = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0_f64];
+    let covariance = levels.map(|n| levels.map(|m| 1.0 / n.max(m)).to_vec());
+    let design = levels.map(|n| vec![1.0, libm::log(n)]);
+    (levels.to_vec(), covariance.to_vec(), design.to_vec())
+}
+
+/// β = (Xᵀ Σ⁻¹ X)⁻¹ Xᵀ Σ⁻¹ y by NumPy.
+#[test]
+fn generalised_fits_are_those_of_numpy() {
+    let (_, covariance, design) = nested();
+    let values = [2.1, 1.3, 0.9, -0.2, -0.8, -1.7];
+    let fit = fit_generalised(&design, &values, &covariance).unwrap();
+    close(fit.coefficients[0], 2.364_516_129_032_253_4, 1e-12);
+    close(fit.coefficients[1], -1.172_771_452_593_607, 1e-12);
+    close(fit.errors[0], 0.659_147_788_019_964_7, 1e-12);
+    close(fit.errors[1], 0.183_222_453_415_443_24, 1e-12);
+    close(fit.chi_square, 2.309_677_419_354_836, 1e-12);
+    close(fit.freedom, 4.0, 0.0);
+}
+
+/// With independent values of known variance the general fit is the weighted one, and its errors are those that the weights say.
+#[test]
+fn a_generalised_fit_without_covariances_is_the_weighted_one() {
+    let (levels, _, design) = nested();
+    let values = [2.1, 1.3, 0.9, -0.2, -0.8, -1.7];
+    let variances = [1.0, 0.5, 2.0, 0.25, 1.5, 3.0];
+    let diagonal: Vec<Vec<f64>> = (0..6)
+        .map(|i| {
+            (0..6)
+                .map(|j| if i == j { variances[i] } else { 0.0 })
+                .collect()
+        })
+        .collect();
+    let points: Vec<_> = (0..6)
+        .map(|i| (libm::log(levels[i]), values[i], 1.0 / variances[i]))
+        .collect();
+    let general = fit_generalised(&design, &values, &diagonal).unwrap();
+    let line = fit_line(&points).unwrap();
+    close(general.coefficients[1], line.slope, 1e-12);
+    close(general.coefficients[0], line.intercept, 1e-12);
+    let scatter = (general.chi_square / general.freedom).sqrt();
+    close(general.errors[1] * scatter, line.slope_error, 1e-12);
+}
+
+#[test]
+fn an_impossible_generalised_fit_is_refused() {
+    let (_, covariance, design) = nested();
+    let values = [1.0; 6];
+    let twice: Vec<Vec<f64>> = design
+        .iter()
+        .map(|row| vec![row[1], 2.0 * row[1]])
+        .collect();
+    assert!(fit_generalised(&twice, &values, &covariance).is_none());
+    assert!(fit_generalised(&design, &values[1..], &covariance).is_none());
+    assert!(fit_generalised(&design[..1], &values[..1], &covariance[..1]).is_none());
+    assert!(fit_generalised(&[], &[], &[]).is_none());
+    assert!(fit_generalised(&design, &[f64::NAN; 6], &covariance).is_none());
+    let mut indefinite = covariance;
+    indefinite[0][1] = 5.0;
+    indefinite[1][0] = 5.0;
+    assert!(fit_generalised(&design, &values, &indefinite).is_none());
+}
+
 /// Holm 1979 on p = .01, .04, .03, .005: corrected .03, .06, .06, .02.
 #[test]
 fn holms_correction_is_the_published_one() {
@@ -252,6 +317,33 @@ fn every_test_raises_the_false_alarms_it_promises() {
             .collect();
         let fit = fit_line(&points).unwrap();
         two_sided_student((fit.slope - 2.0) / fit.slope_error, fit.freedom)
+    });
+    let (levels, covariance, design) = nested();
+    let running_means = |n: &mut Normals| -> Vec<f64> {
+        let (mut sum, mut done) = (0.0, 0.0);
+        let until = |&level: &f64| {
+            while done < level {
+                sum += n.next();
+                done += 1.0;
+            }
+            sum / level
+        };
+        levels.iter().map(until).collect()
+    };
+    let slope = |n: &mut Normals| {
+        let fit = fit_generalised(&design, &running_means(n), &covariance).unwrap();
+        (fit.coefficients[1], fit.errors[1], fit.chi_square)
+    };
+    false_alarms_are_five_per_cent("the slope of a generalised fit", |n| {
+        let (slope, error, _) = slope(n);
+        z_test(slope, error, 0.0).p
+    });
+    false_alarms_are_five_per_cent("student over fits of replicates", |n| {
+        student(&Moments::of((0..6).map(|_| slope(n).0)), 0.0).p
+    });
+    // The 95 % point of χ² with 4 degrees of freedom (published tables): beyond it 5 %.
+    false_alarms_are_five_per_cent("the residual of a generalised fit", |n| {
+        if slope(n).2 > 9.487_729 { 0.0 } else { 1.0 }
     });
 }
 

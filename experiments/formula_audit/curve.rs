@@ -133,27 +133,24 @@ fn is_the_derivative(trial: &Trial, slope: Curve) -> bool {
 
 /// The derivative of P = 0, 1, 2, 3, right and wrong.
 pub(super) fn plot() -> Plot {
-    let forms: [(&str, Curve, bool); 4] = [
-        ("without its last point", without_the_last_point, false),
-        ("with a degree too low", with_a_degree_too_low, false),
-        ("as printed: both", as_printed, false),
-        ("right", slope, true),
+    let along = |form: Curve| {
+        let steps = (0..=20).map(|k| 0.05 * f64::from(k));
+        steps.map(move |u| (u, form(&LINE, u)))
+    };
+    let wrong: [(&str, Curve); 3] = [
+        ("without its last point", without_the_last_point),
+        ("with a degree too low", with_a_degree_too_low),
+        ("as printed: both", as_printed),
     ];
-    let series = forms.map(|(name, form, predicted)| Series {
-        name: name.to_owned(),
-        points: (0..=20)
-            .map(|k| 0.05 * f64::from(k))
-            .map(|u| (u, form(&LINE, u)))
-            .collect(),
-        intervals: Vec::new(),
-        predicted,
-    });
-    Plot {
-        title: "Wrong derivatives are right at u = 0".to_owned(),
-        x: Axis::linear("u"),
-        y: Axis::linear("dP/du of the control values 0, 1, 2, 3"),
-        series: series.to_vec(),
-    }
+    let wrong = wrong.map(|(name, form)| Series::measured(name, along(form)));
+    Plot::new(
+        "Wrong derivatives are right at u = 0",
+        Axis::linear("u"),
+        Axis::linear("dP/du of the control values 0, 1, 2, 3"),
+        wrong
+            .into_iter()
+            .chain([Series::predicted("right", along(slope))]),
+    )
 }
 
 #[cfg(test)]

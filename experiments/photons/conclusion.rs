@@ -1,13 +1,14 @@
 //! What the table of `photons` says: claims and plots.
 
 use super::{ALPHA, EXPERIMENT, RADIUS};
-use crate::lab::claim::{Claim, Estimate, Subject};
-use crate::lab::experiment::{Conclusion, Effort};
-use crate::lab::plot::{Axis, Plot, Scale, Series};
-use crate::lab::table::{Table, Value};
+use crate::lab::claim::{Claim, Estimate};
+use crate::lab::experiment::{Conclusion, Effort, Table};
+use crate::lab::plot::{Axis, Plot, Series};
 use crate::numeric::statistics::{Moments, fit_line};
+use serde::Deserialize;
 
-/// A row of the table, by name.
+/// A row of the table.
+#[derive(Deserialize)]
 struct Row {
     scene: String,
     rule: String,
@@ -22,44 +23,14 @@ struct Row {
     variance: f64,
     predicted_variance: f64,
     rmse: f64,
-}
-
-fn rows(table: &Table) -> Vec<Row> {
-    let number = |row: &[Value], name| row[table.column(name)].number().unwrap_or(f64::NAN);
-    table
-        .rows
-        .iter()
-        .map(|row| Row {
-            scene: row[table.column("scene")].to_cell(),
-            rule: row[table.column("rule")].to_cell(),
-            alpha: number(row, "alpha"),
-            photons: number(row, "photons"),
-            passes: number(row, "passes"),
-            radius: number(row, "radius"),
-            replicates: number(row, "replicates"),
-            truth: number(row, "truth"),
-            mean: number(row, "mean"),
-            predicted: number(row, "predicted"),
-            variance: number(row, "variance"),
-            predicted_variance: number(row, "predicted_variance"),
-            rmse: number(row, "rmse"),
-        })
-        .collect()
+    cpu_s: f64,
 }
 
 pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
-    let rows = rows(table);
+    let rows: Vec<Row> = table.read();
     let of = |scene: &str, rule: &str| -> Vec<&Row> {
-        rows.iter()
-            .filter(|row| row.scene == scene && row.rule == rule)
-            .collect()
-    };
-    let subject = |claim, statement, decided_at| Subject {
-        experiment: EXPERIMENT.name,
-        claim,
-        statement,
-        decided_at,
-        effort,
+        let same = |row: &&Row| row.scene == scene && row.rule == rule;
+        rows.iter().filter(same).collect()
     };
     let nothing_biased = [
         (
@@ -89,8 +60,8 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
     ];
     let mut claims: Vec<Claim> = nothing_biased
         .map(|(name, scene, rule, statement)| {
-            let estimate = pooled_mean(&of(scene, rule));
-            Claim::null(subject(name, statement, Effort::Smoke), estimate, 1.0, 0.05)
+            let subject = EXPERIMENT.subject(name, statement, Effort::Smoke, effort);
+            Claim::null(subject, pooled_mean(&of(scene, rule)), 1.0, 0.05)
         })
         .to_vec();
     let as_scattered = [
@@ -109,12 +80,8 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
     ];
     claims.extend(as_scattered.map(|(name, rules, scene, statement)| {
         let rows: Vec<&Row> = rules.iter().flat_map(|rule| of(scene, rule)).collect();
-        Claim::null(
-            subject(name, statement, Effort::Standard),
-            pooled_variance(&rows),
-            1.0,
-            0.25,
-        )
+        let subject = EXPERIMENT.subject(name, statement, Effort::Standard, effort);
+        Claim::null(subject, pooled_variance(&rows), 1.0, 0.25)
     }));
     let photon_sweep: Vec<&Row> = of("nadir", "constant")
         .into_iter()
@@ -140,19 +107,19 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
     ];
     for (name, sweep, x, statement) in laws {
         let (estimate, predicted) = slopes(sweep, x);
-        claims.push(Claim::law(
-            subject(name, statement, Effort::Standard),
-            estimate,
-            predicted,
-            0.05,
-        ));
+        let subject = EXPERIMENT.subject(name, statement, Effort::Standard, effort);
+        claims.push(Claim::law(subject, estimate, predicted, 0.05));
     }
+    let local = of("nadir", "local");
+    let local: Vec<&Row> = local.into_iter().filter(|r| r.alpha == ALPHA).collect();
     Conclusion {
         claims,
         plots: vec![
-            error_plot(&photon_sweep, &pass_sweep, &of("nadir", "local")),
+            error_plot(&photon_sweep, &pass_sweep, &local),
             bias_plot(&pass_sweep, &photon_sweep),
+            cost_plot(&photon_sweep, &pass_sweep, &local),
         ],
+        ..Conclusion::default()
     }
 }
 
@@ -165,12 +132,7 @@ fn pooled_mean(rows: &[&Row]) -> Estimate {
         sum += weight * row.mean / row.predicted;
         n += row.replicates;
     }
-    Estimate {
-        value: sum / weights,
-        standard_error: weights.sqrt().recip(),
-        freedom: f64::INFINITY,
-        n: n as u64,
-    }
+    Estimate::known(sum / weights, weights.sqrt().recip(), n as u64)
 }
 
 /// Sample variance over its prediction, pooled. A reading is a sum of many photons and so nearly normal: Var(s²)/σ⁴ = 2/(R − 1).
@@ -181,12 +143,7 @@ fn pooled_variance(rows: &[&Row]) -> Estimate {
         sum += (row.replicates - 1.0) * row.variance / row.predicted_variance;
         n += row.replicates;
     }
-    Estimate {
-        value: sum / freedom,
-        standard_error: (2.0 / freedom).sqrt(),
-        freedom: f64::INFINITY,
-        n: n as u64,
-    }
+    Estimate::known(sum / freedom, (2.0 / freedom).sqrt(), n as u64)
 }
 
 /// Log-log slope of the variance against `x`, measured and by the closed form at the same places. The levels are independent
@@ -202,62 +159,42 @@ fn slopes(rows: &[&Row], x: fn(&Row) -> f64) -> (Estimate, f64) {
     let at = Moments::of(rows.iter().map(|row| libm::log(x(row))));
     let spread = at.variance() * (rows.len() as f64 - 1.0);
     let replicates = rows.first().map_or(f64::NAN, |row| row.replicates);
-    let estimate = Estimate {
-        value: slope(|row| row.variance),
-        standard_error: (2.0 / (replicates - 1.0) / spread).sqrt(),
-        freedom: f64::INFINITY,
-        n: rows.iter().map(|row| row.replicates as u64).sum(),
-    };
+    let error = (2.0 / (replicates - 1.0) / spread).sqrt();
+    let n = rows.iter().map(|row| row.replicates as u64).sum();
+    let estimate = Estimate::known(slope(|row| row.variance), error, n);
     (estimate, slope(|row| row.predicted_variance))
 }
 
-fn log_axis(label: &str) -> Axis {
-    Axis {
-        label: label.into(),
-        scale: Scale::Log,
-    }
+const GLOBAL: &str = "global, α = 2/3";
+const GLOBAL_PREDICTED: &str = "global, predicted";
+const CONSTANT_PREDICTED: &str = "constant, predicted";
+
+fn series(name: &str, rows: &[&Row], at: fn(&Row) -> (f64, f64)) -> Series {
+    Series::measured(name, rows.iter().map(|row| at(row)))
 }
 
 fn error_plot(constant: &[&Row], global: &[&Row], local: &[&Row]) -> Plot {
-    let measured = |name: &str, rows: &[&Row]| Series {
-        name: name.into(),
-        points: rows
-            .iter()
-            .map(|row| (row.photons * row.passes, row.rmse / row.truth))
-            .collect(),
-        intervals: Vec::new(),
-        predicted: false,
+    let measured = |row: &Row| (row.photons * row.passes, row.rmse / row.truth);
+    let predicted = |name, rows: &[&Row]| {
+        let error = |row: &Row| {
+            let bias = row.predicted - row.truth;
+            (bias * bias + row.predicted_variance).sqrt()
+        };
+        let at = |row: &&Row| (row.photons * row.passes, error(row) / row.truth);
+        Series::predicted(name, rows.iter().map(at))
     };
-    let predicted = |name: &str, rows: &[&Row]| Series {
-        name: name.into(),
-        points: rows
-            .iter()
-            .map(|row| {
-                let bias = row.predicted - row.truth;
-                let error = (bias * bias + row.predicted_variance).sqrt();
-                (row.photons * row.passes, error / row.truth)
-            })
-            .collect(),
-        intervals: Vec::new(),
-        predicted: true,
-    };
-    let local: Vec<&Row> = local
-        .iter()
-        .copied()
-        .filter(|row| row.alpha == ALPHA)
-        .collect();
-    Plot {
-        title: "Error falls with photons, with a constant radius only down to its bias".into(),
-        x: log_axis("photons in all"),
-        y: log_axis("relative RMSE"),
-        series: vec![
-            measured("constant radius", constant),
-            predicted("constant, predicted", constant),
-            measured("global, α = 2/3", global),
-            predicted("global, predicted", global),
-            measured("local, α = 2/3", &local),
+    Plot::new(
+        "Error falls with photons, with a constant radius only down to its bias",
+        Axis::log("photons in all"),
+        Axis::log("relative RMSE"),
+        [
+            series("constant radius", constant, measured),
+            predicted(CONSTANT_PREDICTED, constant),
+            series(GLOBAL, global, measured),
+            predicted(GLOBAL_PREDICTED, global),
+            series("local, α = 2/3", local, measured),
         ],
-    }
+    )
 }
 
 fn bias_plot(global: &[&Row], constant: &[&Row]) -> Plot {
@@ -266,46 +203,56 @@ fn bias_plot(global: &[&Row], constant: &[&Row]) -> Plot {
     let level = constant
         .last()
         .map_or(f64::NAN, |row| relative(row, row.predicted));
-    Plot {
-        title: "The bias falls with the radius, as the closed form says".into(),
-        x: log_axis("passes"),
-        y: log_axis("relative bias, downward"),
-        series: vec![
-            Series {
-                name: "global, α = 2/3".into(),
-                points: global
-                    .iter()
-                    .map(|row| (row.passes, relative(row, row.mean)))
-                    .collect(),
-                intervals: global
-                    .iter()
-                    .map(|row| {
-                        let half = 1.96 * (row.predicted_variance / row.replicates).sqrt();
-                        (
-                            relative(row, row.mean + half),
-                            relative(row, row.mean - half),
-                        )
-                    })
-                    .collect(),
-                predicted: false,
-            },
-            Series {
-                name: "global, predicted".into(),
-                points: global
-                    .iter()
-                    .map(|row| (row.passes, relative(row, row.predicted)))
-                    .collect(),
-                intervals: Vec::new(),
-                predicted: true,
-            },
-            Series {
-                name: "constant, predicted".into(),
-                points: global.iter().map(|row| (row.passes, level)).collect(),
-                intervals: Vec::new(),
-                predicted: true,
-            },
+    let interval = |row: &&Row| {
+        let half = 1.96 * (row.predicted_variance / row.replicates).sqrt();
+        [half, -half]
+            .map(|half| relative(row, row.mean + half))
+            .into()
+    };
+    let along = |value: fn(&Row) -> f64| {
+        let passes = global.iter();
+        passes.map(move |row| (row.passes, relative(row, value(row))))
+    };
+    Plot::new(
+        "The bias falls with the radius, as the closed form says",
+        Axis::log("passes"),
+        Axis::log("relative bias, downward"),
+        [
+            Series::measured(GLOBAL, along(|row| row.mean))
+                .with_intervals(global.iter().map(interval)),
+            Series::predicted(GLOBAL_PREDICTED, along(|row| row.predicted)),
+            Series::predicted(
+                CONSTANT_PREDICTED,
+                global.iter().map(|row| (row.passes, level)),
+            ),
         ],
-    }
+    )
+}
+
+/// Of one replicate. The bars are 95 % for a nearly normal reading, whose RMSE over R replicates is known to 1/√(2R).
+fn cost_plot(constant: &[&Row], global: &[&Row], local: &[&Row]) -> Plot {
+    let at = |row: &Row| (row.cpu_s / row.replicates, row.rmse / row.truth);
+    let bar = |row: &&Row| {
+        let half = 1.96 / (2.0 * row.replicates).sqrt();
+        [1.0 - half, 1.0 + half]
+            .map(|factor| factor * row.rmse / row.truth)
+            .into()
+    };
+    let method = |name, rows: &[&Row], label: fn(&Row) -> f64| {
+        series(name, rows, at)
+            .with_intervals(rows.iter().map(bar))
+            .with_labels(rows.iter().map(|row| label(row)))
+    };
+    Plot::speed_error(
+        "What an answer costs (labels: photons a pass of the constant radius, passes of the others)",
+        "CPU time of a replicate (s)",
+        "relative RMSE",
+        [
+            method("constant radius, 32 passes", constant, |row| row.photons),
+            method("global, 512 photons a pass", global, |row| row.passes),
+            method("local, 512 photons a pass", local, |row| row.passes),
+        ],
+    )
 }
 
 #[cfg(test)]
@@ -313,17 +260,14 @@ mod tests {
     use super::super::{execute, plan};
     use super::*;
     use crate::lab::claim::Verdict;
-    use crate::lab::experiment::Run;
+    use crate::lab::experiment::{Run, Value};
 
     fn table(effort: Effort, keep: impl Fn(&Run) -> bool) -> Table {
         let mut rows = Vec::new();
         for (index, run) in plan(effort).iter().enumerate().filter(|(_, run)| keep(run)) {
             rows.extend(execute(run, effort, index as u64).expect("a run").rows);
         }
-        Table {
-            columns: EXPERIMENT.columns.iter().map(ToString::to_string).collect(),
-            rows,
-        }
+        EXPERIMENT.table(rows)
     }
 
     fn verdicts(table: &Table) -> Vec<(String, Verdict)> {

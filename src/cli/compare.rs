@@ -1,7 +1,8 @@
 //! `photolathe compare`: how far a picture is from a reference.
 
+use crate::image::exr;
 use crate::image::metrics::{Comparison, compare};
-use crate::image::{exr, png};
+use crate::lab::contrast::Contrast;
 use crate::lab::difference::Difference;
 use crate::lab::page;
 use anyhow::Context as _;
@@ -16,10 +17,10 @@ pub struct Args {
     a: PathBuf,
     /// The reference
     b: PathBuf,
-    /// Writes a page with both pictures, their difference and the numbers
+    /// Writes a page with both pictures under a slider, their difference and the numbers
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Writes the difference as a picture: blue where A is darker, red where it is brighter
+    /// Writes the difference as a picture: blue where A is darker, orange where it is brighter
     #[arg(long, value_name = "FILE.png")]
     diff: Option<PathBuf>,
 }
@@ -30,24 +31,20 @@ pub fn run(args: Args) -> anyhow::Result<ExitCode> {
     let comparison = compare(&a, &b)
         .with_context(|| format!("{} against {}", args.a.display(), args.b.display()))?;
     say_what_json_cannot(&comparison);
-    let difference = Difference::of(&a, &b);
     if let Some(path) = &args.diff {
-        let bytes = difference.png().map_err(anyhow::Error::msg)?;
+        let bytes = Difference::of(&a, &b).png().map_err(anyhow::Error::msg)?;
         crate::image::file::write_atomically(path, &bytes)
             .with_context(|| path.display().to_string())?;
     }
     let json = serde_json::to_string_pretty(&comparison)?;
     if let Some(path) = &args.html {
-        let picture = |p| png::encode(p, 1.0).map(|bytes| png::data_uri(&bytes));
-        let html = page::comparison(&page::ComparisonPage {
-            name_a: args.a.display().to_string(),
-            name_b: args.b.display().to_string(),
-            picture_a: picture(&a).map_err(anyhow::Error::msg)?,
-            picture_b: picture(&b).map_err(anyhow::Error::msg)?,
-            difference: png::data_uri(&difference.png().map_err(anyhow::Error::msg)?),
-            scale: difference.scale,
-            comparison: &comparison,
-        })?;
+        let pictures = Contrast {
+            caption: String::new(),
+            a: (args.a.display().to_string(), a),
+            b: (args.b.display().to_string(), b),
+            commands: Vec::new(),
+        };
+        let html = page::comparison(&pictures, &comparison)?;
         crate::image::file::write_atomically(path, html.as_bytes())
             .with_context(|| path.display().to_string())?;
     }

@@ -6,8 +6,10 @@ pub mod compare;
 pub mod experiment;
 pub mod export;
 pub mod golden;
+pub mod grade;
 pub mod inspect;
 pub mod intersect;
+pub mod rays;
 pub mod render;
 pub mod report;
 mod resources;
@@ -44,6 +46,10 @@ enum Command {
     Render(render::RenderArgs),
     /// Intersect a list of rays with a scene.
     Intersect(intersect::IntersectArgs),
+    /// Write families of rays with certified answers.
+    Rays(rays::RaysArgs),
+    /// Grade any program's answers to such rays.
+    Grade(grade::GradeArgs),
     /// Show what the program understood of a scene, and draw a profile.
     Inspect(inspect::InspectArgs),
     /// Write a scene for Mitsuba or POV-Ray.
@@ -64,6 +70,8 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         Command::Render(args) => render::run(&args),
         Command::Intersect(args) => intersect::run(&args),
+        Command::Rays(args) => rays::run(&args),
+        Command::Grade(args) => grade::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Compare(args) => compare::run(args),

@@ -4,13 +4,15 @@ use super::experiment::{exit_code, limit_threads, threads};
 use crate::experiments;
 use crate::image::file::write_atomically;
 use crate::lab::claim::{Claim, Subject};
+use crate::lab::contrast::Contrast;
 use crate::lab::experiment::{Effort, Experiment};
 use crate::lab::golden::{self, GoldenVerdict};
 use crate::lab::machine::Machine;
 use crate::lab::progress::Progress;
-use crate::lab::report::{Report, Section, Shown, duration};
+use crate::lab::record::Records;
+use crate::lab::report::{Report, Section, duration};
 use crate::lab::runner::{RunOptions, Shard, checked_plan, claims_json, run_experiment};
-use crate::lab::showcase::SHOWPIECES;
+use crate::lab::showcase::{self, SHOWPIECES};
 use anyhow::bail;
 use clap::Args;
 use std::io::Write as _;
@@ -168,7 +170,7 @@ fn section(experiment: &'static Experiment, args: &VerifyArgs) -> Section<'stati
     }
 }
 
-fn pictures(args: &VerifyArgs) -> anyhow::Result<Vec<Shown>> {
+fn pictures(args: &VerifyArgs) -> anyhow::Result<Vec<Contrast>> {
     let mut shown = Vec::new();
     for piece in &SHOWPIECES {
         let progress = Progress::start(piece.name);
@@ -228,32 +230,34 @@ fn command(args: &VerifyArgs) -> String {
     )
 }
 
-/// What a full run will take: the runs of each experiment, at least at the speed of its slowest finished run in DIR.
+/// What a run will take, by the CPU seconds that the experiments state and the runs that are not done yet.
 fn say_estimate(chosen: &[&Experiment], args: &VerifyArgs) -> anyhow::Result<()> {
+    let mut sum = 0.0;
     for experiment in chosen {
-        let runs = checked_plan(experiment, args.effort)?.len();
-        let slowest = slowest_run(&args.out.join(format!("{}.records", experiment.name)));
-        let time = slowest.map_or_else(
-            || "unknown: no earlier run in the directory to judge by".to_owned(),
-            |seconds| {
-                format!(
-                    "about {} of work if runs are as long as the longest so far",
-                    duration(seconds * runs as f64)
-                )
-            },
-        );
-        eprintln!("{:20} {runs} runs, {time}", experiment.name);
+        let plan = checked_plan(experiment, args.effort)?;
+        let records = Records::new(&args.out, experiment, args.effort, args.seed);
+        let to_do = plan
+            .iter()
+            .filter(|run| records.find(run).is_none())
+            .count();
+        let share = to_do as f64 / plan.len().max(1) as f64;
+        let seconds = share * args.effort.of(experiment.cpu_seconds);
+        sum += seconds;
+        let (name, all, time) = (experiment.name, plan.len(), duration(seconds));
+        eprintln!("{name:20} {to_do} of {all} runs to do, about {time} of CPU");
     }
+    if args.only.is_empty() {
+        let seconds = args.effort.of(showcase::CPU_SECONDS);
+        sum += seconds;
+        eprintln!("{:20} about {} of CPU", "pictures", duration(seconds));
+    }
+    let threads = args.threads.unwrap_or_else(|| Machine::here().cores);
+    eprintln!(
+        "{:20} about {} of CPU, {} on {threads} threads; within a factor of two, from the CPU seconds that each experiment states \
+         (measured at smoke effort, scaled by the amount of work)",
+        "in all",
+        duration(sum),
+        duration(sum / threads as f64)
+    );
     Ok(())
-}
-
-fn slowest_run(records: &Path) -> Option<f64> {
-    let entries = std::fs::read_dir(records).ok()?.flatten();
-    let seconds = entries.filter_map(|entry| {
-        let text = std::fs::read(entry.path()).ok()?;
-        serde_json::from_slice::<crate::lab::record::Record>(&text)
-            .ok()
-            .map(|record| record.seconds)
-    });
-    seconds.reduce(f64::max)
 }

@@ -7,4 +7,5 @@ pub mod profile;
 pub mod ray;
 pub mod revolution;
 pub mod shape;
+pub mod specimens;
 pub mod sphere;

@@ -21,7 +21,7 @@ pub(super) struct Span {
 impl Span {
     /// The span of all values that the scale can show, with some room; `None` if it can show none.
     pub(super) fn of(values: impl Iterator<Item = f64>, scale: Scale) -> Option<Self> {
-        let shown = values.filter(|&v| shows(scale, v)).map(|v| flat(scale, v));
+        let shown = values.filter(|&v| scale.shows(v)).map(|v| flat(scale, v));
         let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
             (low.min(v), high.max(v))
         });
@@ -69,11 +69,6 @@ impl Span {
             }
         }
     }
-}
-
-/// Whether the scale has a place for a value.
-pub(super) fn shows(scale: Scale, value: f64) -> bool {
-    value.is_finite() && (scale == Scale::Linear || value > 0.0)
 }
 
 fn flat(scale: Scale, value: f64) -> f64 {

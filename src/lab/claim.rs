@@ -9,7 +9,9 @@
 //! run"; from there on an inconclusive one fails the run, so that a growing variance cannot hide.
 
 use super::experiment::Effort;
-use crate::numeric::statistics::{binomial_interval, student_quantile, zero_failures_bound};
+use crate::numeric::statistics::{
+    Moments, binomial_interval, student_quantile, zero_failures_bound,
+};
 use serde::{Deserialize, Serialize};
 
 /// Family-wise rate of false alarms over a whole run of all experiments.
@@ -126,6 +128,26 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// The mean of independent replicates, by Student's law.
+    pub fn of(replicates: &Moments) -> Self {
+        Self {
+            value: replicates.mean(),
+            standard_error: replicates.standard_error(),
+            freedom: replicates.count() as f64 - 1.0,
+            n: replicates.count(),
+        }
+    }
+
+    /// A value whose standard error is known, not estimated.
+    pub fn known(value: f64, standard_error: f64, n: u64) -> Self {
+        Self {
+            value,
+            standard_error,
+            freedom: f64::INFINITY,
+            n,
+        }
+    }
+
     /// Half-width of the interval whose two tails hold `tails` together.
     fn half_width(&self, tails: f64) -> f64 {
         if self.standard_error == 0.0 {
@@ -230,6 +252,12 @@ impl Claim {
         };
         let (middle, half) = (0.5 * (range.0 + range.1), 0.5 * (range.1 - range.0));
         subject.claim((middle, measured, interval), n, half, verdict)
+    }
+
+    /// Range of a share: `hits` of `n` independent trials, by the exact binomial interval.
+    pub fn share_in_range(subject: Subject, hits: u64, n: u64, range: (f64, f64)) -> Self {
+        let interval = binomial_interval(hits, n, SHOWN_CONFIDENCE);
+        Self::in_range(subject, hits as f64 / n as f64, interval, n, range)
     }
 
     /// Law: a fitted slope or constant is the predicted one. Fails if the prediction is outside the interval of

@@ -52,7 +52,7 @@ impl Difference {
         }
     }
 
-    /// PNG: white where equal, blue where a is darker, red where it is brighter, black where a pixel is not finite.
+    /// PNG: white where equal, blue where a is darker, orange where it is brighter, black where a pixel is not finite.
     pub fn png(&self) -> Result<Vec<u8>, String> {
         let bytes: Vec<u8> = self.values.iter().flat_map(|&v| self.colour(v)).collect();
         let note = format!("a - b, mean of channels; full colour is {:e}", self.scale);

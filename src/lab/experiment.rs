@@ -1,6 +1,7 @@
 //! The frame of an experiment: a plan of runs, a run, a conclusion. Everything else is the lab's.
 
-use super::claim::Claim;
+use super::claim::{Claim, Subject};
+use super::contrast::Contrast;
 use super::plot::Plot;
 pub use super::table::{Table, Value};
 use crate::numeric::work::Work;
@@ -20,6 +21,17 @@ pub enum Effort {
     Standard,
     /// Hours.
     Full,
+}
+
+impl Effort {
+    /// The one of three that is this effort's: smoke, standard, full.
+    pub fn of<T>(self, [smoke, standard, full]: [T; 3]) -> T {
+        match self {
+            Self::Smoke => smoke,
+            Self::Standard => standard,
+            Self::Full => full,
+        }
+    }
 }
 
 impl fmt::Display for Effort {
@@ -94,6 +106,34 @@ impl Run {
     pub fn text(&self, name: &str) -> String {
         self.value(name).to_cell()
     }
+
+    /// A row of the table: the parameters, then these.
+    pub fn row(&self, values: impl IntoIterator<Item = Value>) -> Vec<Value> {
+        let parameters = self.parameters.iter().map(|(_, value)| value.clone());
+        parameters.chain(values).collect()
+    }
+}
+
+/// The values of a parameter.
+pub fn values<T: Into<Value>>(values: impl IntoIterator<Item = T>) -> Vec<Value> {
+    values.into_iter().map(Into::into).collect()
+}
+
+/// A run for every combination of these parameters; the last varies fastest.
+pub fn grid<const N: usize>(parameters: [(&str, Vec<Value>); N]) -> Vec<Run> {
+    let mut runs = vec![Run::new([])];
+    for (name, values) in parameters {
+        let with = |run: &Run, value: &Value| {
+            let mut run = run.clone();
+            run.parameters.push((name.to_owned(), value.clone()));
+            run
+        };
+        runs = runs
+            .iter()
+            .flat_map(|run| values.iter().map(|value| with(run, value)))
+            .collect();
+    }
+    runs
 }
 
 /// What a run gives.
@@ -105,6 +145,16 @@ pub struct Outcome {
     pub work: Work,
 }
 
+impl Outcome {
+    /// A run that gives one row.
+    pub fn of_row(row: Vec<Value>, work: Work) -> Self {
+        Self {
+            rows: vec![row],
+            work,
+        }
+    }
+}
+
 /// What the experiment says about a complete table.
 #[derive(Clone, Debug, Default)]
 pub struct Conclusion {
@@ -112,6 +162,8 @@ pub struct Conclusion {
     pub claims: Vec<Claim>,
     /// Plots.
     pub plots: Vec<Plot>,
+    /// Pairs of pictures, where the table holds any.
+    pub pictures: Vec<Contrast>,
 }
 
 /// An experiment: one readable file says its question, its prediction and its sweep.
@@ -129,10 +181,40 @@ pub struct Experiment {
     pub columns: &'static [&'static str],
     /// Whether runs measure time and so must have the machine to themselves.
     pub timed: bool,
+    /// CPU seconds of all runs at smoke, standard and full effort, on one core of some 3 GHz: what a full run's estimate rests on.
+    /// The first is measured, the others may be scaled from it by the amount of work (rays, samples, photons).
+    pub cpu_seconds: [f64; 3],
     /// The runs at an effort, each with a name of its own; the table keeps their order.
     pub plan: fn(Effort) -> Vec<Run>,
     /// One run; must depend on its arguments only. `seed` is already keyed with the run's name.
     pub execute: fn(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome>,
     /// Verdicts and plots from the complete table.
     pub conclude: fn(table: &Table, effort: Effort) -> Conclusion,
+}
+
+impl Experiment {
+    /// The subject of a claim of this experiment.
+    pub fn subject<'a>(
+        &self,
+        claim: &'a str,
+        statement: &'a str,
+        decided_at: Effort,
+        effort: Effort,
+    ) -> Subject<'a> {
+        Subject {
+            experiment: self.name,
+            claim,
+            statement,
+            decided_at,
+            effort,
+        }
+    }
+
+    /// The table of these rows.
+    pub fn table(&self, rows: Vec<Vec<Value>>) -> Table {
+        Table {
+            columns: self.columns.iter().map(|&name| name.to_owned()).collect(),
+            rows,
+        }
+    }
 }

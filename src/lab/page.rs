@@ -1,17 +1,22 @@
 //! Pages: self-contained HTML from templates, without network or neighbours.
 
+use super::contrast::{Contrast, ContrastView};
 use crate::image::metrics::Comparison;
 use minijinja::{AutoEscape, Environment};
 use serde::Serialize;
 
 const STYLE: &str = include_str!("templates/style.css");
+const CONTRAST: &str = include_str!("templates/contrast.html");
+const SCRIPT: &str = include_str!("templates/contrast.js");
 
 /// Fills a template; every value is escaped unless the template says it is safe.
 pub fn fill(template: &str, values: impl Serialize) -> Result<String, minijinja::Error> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_global("style", STYLE);
+    environment.add_global("script", SCRIPT);
     environment.add_global("version", env!("CARGO_PKG_VERSION"));
+    environment.add_template("contrast.html", CONTRAST)?;
     environment.render_str(template, minijinja::value::Serde(values))
 }
 
@@ -48,30 +53,13 @@ pub fn ascii_number(x: f64) -> String {
         .replace('–', "-")
 }
 
-/// What the page of `compare` shows.
-#[derive(Clone, Debug, Serialize)]
-pub struct ComparisonPage<'a> {
-    /// Name of the picture.
-    pub name_a: String,
-    /// Name of the reference.
-    pub name_b: String,
-    /// The picture as a `data:` address.
-    pub picture_a: String,
-    /// The reference as a `data:` address.
-    pub picture_b: String,
-    /// The difference as a `data:` address.
-    pub difference: String,
-    /// Radiance of the full colour of the difference.
-    pub scale: f64,
-    /// The numbers.
-    pub comparison: &'a Comparison,
-}
-
 #[derive(Serialize)]
-struct ComparisonView<'a> {
-    page: &'a ComparisonPage<'a>,
+struct ComparisonPage {
+    name_a: String,
+    name_b: String,
+    identical: bool,
+    pictures: ContrastView,
     rows: Vec<Row>,
-    scale: String,
 }
 
 #[derive(Serialize)]
@@ -81,9 +69,8 @@ struct Row {
     note: &'static str,
 }
 
-/// The page of a comparison.
-pub fn comparison(page: &ComparisonPage) -> Result<String, minijinja::Error> {
-    let c = page.comparison;
+/// The page of `compare`: both pictures, and how far they are apart.
+pub fn comparison(pictures: &Contrast, c: &Comparison) -> anyhow::Result<String> {
     let mut rows = Vec::new();
     let mut row = |name, values: &[f64], note| {
         let mut texts: Vec<String> = values.iter().map(|&x| number(x)).collect();
@@ -118,9 +105,14 @@ pub fn comparison(page: &ComparisonPage) -> Result<String, minijinja::Error> {
             "of the blocks' p-values (Kolmogorov-Smirnov)",
         );
     }
-    let template = include_str!("templates/comparison.html");
-    let scale = number(page.scale);
-    fill(template, ComparisonView { page, rows, scale })
+    let page = ComparisonPage {
+        name_a: pictures.a.0.clone(),
+        name_b: pictures.b.0.clone(),
+        identical: c.identical,
+        pictures: pictures.view()?,
+        rows,
+    };
+    Ok(fill(include_str!("templates/comparison.html"), page)?)
 }
 
 #[cfg(test)]

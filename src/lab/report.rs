@@ -1,9 +1,11 @@
 //! The page of `verify` and `report`: claims with failures on top, then each experiment with its question, plots and table.
 
 use super::claim::{Claim, Verdict};
+use super::contrast::{Contrast, ContrastView};
 use super::experiment::{Effort, Experiment, Value};
 use super::machine::Machine;
 use super::page::{fill, number};
+use super::plot::Plot;
 use super::runner::Finished;
 use super::svg;
 use super::versus::Versus;
@@ -13,19 +15,6 @@ use serde::Serialize;
 const SHOWN_ROWS: usize = 200;
 /// A table up to this long is shown open.
 const SHORT_ROWS: usize = 12;
-
-/// A picture of the page.
-#[derive(Clone, Debug, Serialize)]
-pub struct Shown {
-    /// Name.
-    pub name: String,
-    /// The picture as a `data:` address.
-    pub uri: String,
-    /// What one sees.
-    pub caption: String,
-    /// The command that makes it.
-    pub command: String,
-}
 
 /// One experiment of the page.
 #[derive(Debug)]
@@ -54,7 +43,7 @@ pub struct Report<'a> {
     /// Claims that stand beside the experiments', with their seconds.
     pub other_claims: Vec<(Claim, f64)>,
     /// Pictures.
-    pub pictures: Vec<Shown>,
+    pub pictures: Vec<Contrast>,
     /// Experiments.
     pub sections: Vec<Section<'a>>,
     /// Another run to set beside this one.
@@ -113,7 +102,7 @@ impl Report<'_> {
             .into_iter()
             .map(|(claim, s)| ClaimView::of(claim, s))
             .collect();
-        let experiments: Result<Vec<_>, String> =
+        let experiments: anyhow::Result<Vec<_>> =
             self.sections.iter().map(SectionView::of).collect();
         let view = View {
             effort: self.effort.to_string(),
@@ -124,8 +113,8 @@ impl Report<'_> {
             against: self.against.as_ref(),
             summary: self.summary(),
             claims,
-            pictures: &self.pictures,
-            experiments: experiments.map_err(anyhow::Error::msg)?,
+            pictures: views(&self.pictures)?,
+            experiments: experiments?,
         };
         Ok(fill(include_str!("templates/verify.html"), view)?)
     }
@@ -161,7 +150,7 @@ struct View<'a> {
     against: Option<&'a Versus>,
     summary: String,
     claims: Vec<ClaimView>,
-    pictures: &'a [Shown],
+    pictures: Vec<ContrastView>,
     experiments: Vec<SectionView>,
 }
 
@@ -204,6 +193,44 @@ impl ClaimView {
 struct PlotView {
     title: String,
     svg: String,
+    /// Names of the points on the Pareto front, if the plot marks it.
+    front: String,
+}
+
+impl PlotView {
+    fn of(plot: &Plot) -> anyhow::Result<Self> {
+        Ok(Self {
+            title: plot.title.clone(),
+            svg: svg::draw(plot).map_err(anyhow::Error::msg)?,
+            front: if plot.front {
+                front(plot)
+            } else {
+                String::new()
+            },
+        })
+    }
+}
+
+/// The front in words: each series with the labels of its points.
+fn front(plot: &Plot) -> String {
+    let front = plot.pareto_front();
+    let of = |index: usize| {
+        let series = &plot.series[index];
+        let points = front.iter().filter(|at| at.0 == index);
+        let labels: Vec<&str> = points
+            .filter_map(|at| series.labels.get(at.1).map(String::as_str))
+            .collect();
+        match labels.as_slice() {
+            [] => series.name.clone(),
+            labels => format!("{} at {}", series.name, labels.join(", ")),
+        }
+    };
+    let named = (0..plot.series.len()).filter(|index| front.iter().any(|at| at.0 == *index));
+    named.map(of).collect::<Vec<_>>().join("; ")
+}
+
+fn views(pictures: &[Contrast]) -> anyhow::Result<Vec<ContrastView>> {
+    pictures.iter().map(Contrast::view).collect()
 }
 
 #[derive(Serialize)]
@@ -216,6 +243,7 @@ struct SectionView {
     runs: String,
     error: Option<String>,
     plots: Vec<PlotView>,
+    pictures: Vec<ContrastView>,
     columns: &'static [&'static str],
     rows: Vec<Vec<String>>,
     shown: usize,
@@ -224,7 +252,7 @@ struct SectionView {
 }
 
 impl SectionView {
-    fn of(section: &Section) -> Result<Self, String> {
+    fn of(section: &Section) -> anyhow::Result<Self> {
         let experiment = section.experiment;
         let mut view = Self {
             name: experiment.name,
@@ -235,6 +263,7 @@ impl SectionView {
             runs: "none finished".to_owned(),
             error: section.result.as_ref().err().cloned(),
             plots: Vec::new(),
+            pictures: Vec::new(),
             columns: experiment.columns,
             rows: Vec::new(),
             shown: 0,
@@ -244,7 +273,8 @@ impl SectionView {
         if let Ok(finished) = &section.result {
             let rows = &finished.table.rows;
             view.runs = format!(
-                "{} of work, {} runs finished before",
+                "{}, {} of work in all; {} of them finished before",
+                finished.runs,
                 duration(finished.seconds),
                 finished.reused
             );
@@ -256,12 +286,9 @@ impl SectionView {
             view.shown = view.rows.len();
             view.all = rows.len();
             view.short = rows.len() <= SHORT_ROWS;
-            for plot in &finished.conclusion.plots {
-                view.plots.push(PlotView {
-                    title: plot.title.clone(),
-                    svg: svg::draw(plot)?,
-                });
-            }
+            let plots = finished.conclusion.plots.iter().map(PlotView::of);
+            view.plots = plots.collect::<anyhow::Result<_>>()?;
+            view.pictures = views(&finished.conclusion.pictures)?;
         }
         Ok(view)
     }

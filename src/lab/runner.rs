@@ -72,6 +72,8 @@ pub struct Finished {
     pub table: Table,
     /// Claims and plots; empty while runs are missing.
     pub conclusion: Conclusion,
+    /// Runs of the plan.
+    pub runs: usize,
     /// Runs of the plan without a record: other shards', not yet done.
     pub missing: usize,
     /// Runs that were finished before.
@@ -136,17 +138,11 @@ fn run_once(
 impl Finished {
     /// The table of the records of a plan, in its order, and, if none is absent, what the experiment concludes.
     pub(super) fn of(experiment: &Experiment, effort: Effort, found: Vec<Option<Record>>) -> Self {
+        let runs = found.len();
         let missing = found.iter().filter(|record| record.is_none()).count();
         let found: Vec<Record> = found.into_iter().flatten().collect();
         let seconds = found.iter().map(|record| record.seconds).sum();
-        let table = Table {
-            columns: experiment
-                .columns
-                .iter()
-                .map(|&name| name.to_owned())
-                .collect(),
-            rows: found.into_iter().flat_map(|record| record.rows).collect(),
-        };
+        let table = experiment.table(found.into_iter().flat_map(|record| record.rows).collect());
         let conclusion = match missing {
             0 => (experiment.conclude)(&table, effort),
             _ => Conclusion::default(),
@@ -154,6 +150,7 @@ impl Finished {
         Self {
             table,
             conclusion,
+            runs,
             missing,
             reused: 0,
             seconds,

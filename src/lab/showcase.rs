@@ -1,13 +1,13 @@
-//! The pictures of the verification page: the cup and the gallery, small.
+//! The pictures of the verification page: the cup and the gallery, small, by two integrators.
 
+use super::contrast::Contrast;
 use super::experiment::Effort;
-use super::report::Shown;
+use super::rendering::{Set, scene};
 use crate::image::picture::Picture;
 use crate::image::{exr, png};
 use crate::render::driver::{Control, render};
 use crate::render::settings::Settings;
-use crate::scene::file::load;
-use anyhow::{Context as _, ensure};
+use anyhow::Context as _;
 use std::path::Path;
 
 /// A scene of the page.
@@ -23,49 +23,71 @@ pub struct Showpiece {
 pub const SHOWPIECES: [Showpiece; 2] = [
     Showpiece {
         name: "cup",
-        caption: "The cup of glass by progressive photon mapping",
+        caption: "The cup of glass",
         size: (240, 180),
     },
     Showpiece {
         name: "gallery",
-        caption: "The gallery: textures, glass and mirrors by progressive photon mapping",
+        caption: "The gallery: textures, glass and mirrors",
         size: (320, 180),
     },
 ];
 
+/// CPU seconds of all pictures at smoke, standard and full effort: the first measured, the others scaled by samples and photons.
+pub const CPU_SECONDS: [f64; 3] = [16.0, 300.0, 2500.0];
+
+/// Hears passes done and planned.
+type Tell<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
 impl Showpiece {
-    /// Renders the scene `scenes/NAME.toml` of the working directory, and writes OUT/NAME.exr and OUT/NAME.png. `tell` hears passes
-    /// done and planned.
+    /// Renders the scene `scenes/NAME.toml` of the working directory by photon mapping and by path tracing, and writes
+    /// OUT/NAME.exr and OUT/NAME.png of the first, OUT/NAME.path.exr and OUT/NAME.path.png of the second.
     pub fn draw(
         &self,
         effort: Effort,
         threads: Option<usize>,
         out: &Path,
-        tell: &(dyn Fn(usize, usize) + Sync),
-    ) -> anyhow::Result<Shown> {
-        let path = Path::new("scenes").join(format!("{}.toml", self.name));
-        ensure!(
-            path.exists(),
-            "{} is not here: start in the directory of the project, where scenes/ is",
-            path.display()
-        );
-        let (passes, photons) = match effort {
-            Effort::Smoke => (8, 40_000),
-            Effort::Standard => (64, 100_000),
-            Effort::Full => (512, 200_000),
-        };
-        let sets = [
-            ("film.width", self.size.0.to_string()),
-            ("film.height", self.size.1.to_string()),
-            ("render.integrator", "\"ppm\"".to_owned()),
-            ("render.passes", passes.to_string()),
-            ("render.photons", photons.to_string()),
+        tell: Tell,
+    ) -> anyhow::Result<Contrast> {
+        let (passes, photons, spp) = effort.of([
+            (8_u32, 40_000_u32, 32_u32),
+            (64, 100_000, 512),
+            (512, 200_000, 4_096),
+        ]);
+        let ppm = [
+            ("render.integrator", "ppm".into()),
+            ("render.passes", passes.into()),
+            ("render.photons", photons.into()),
         ];
-        let overrides: Vec<(String, String)> = sets
-            .iter()
-            .map(|(key, value)| ((*key).to_owned(), value.clone()))
-            .collect();
-        let scene = load(&path, &overrides)?;
+        let path = [
+            ("render.integrator", "path".into()),
+            ("render.spp", spp.into()),
+        ];
+        let draw = |sets: &[Set], file: &str| self.one(sets, threads, &out.join(file), tell);
+        let (mapped, map) = draw(&ppm, self.name)?;
+        let (traced, trace) = draw(&path, &format!("{}.path", self.name))?;
+        let ppm = format!("ppm, {passes} passes of {photons} photons");
+        let path = format!("path, {spp} samples a pixel");
+        Ok(Contrast {
+            caption: self.caption.to_owned(),
+            a: (ppm, mapped),
+            b: (path, traced),
+            commands: vec![map, trace],
+        })
+    }
+
+    /// Renders one picture to FILE.exr and FILE.png, and tells the command that does it too.
+    fn one(
+        &self,
+        sets: &[Set],
+        threads: Option<usize>,
+        file: &Path,
+        tell: Tell,
+    ) -> anyhow::Result<(Picture, String)> {
+        let (width, height) = self.size;
+        let size = [("film.width", width.into()), ("film.height", height.into())];
+        let sets = [&size, sets].concat();
+        let scene = scene(self.name, &sets)?;
         let settings = Settings {
             threads,
             ..Settings::resolve(&scene.render)
@@ -74,19 +96,20 @@ impl Showpiece {
             tell(progress.done as usize, progress.planned as usize);
             Control::Continue
         })
-        .with_context(|| path.display().to_string())?;
+        .with_context(|| self.name.to_owned())?;
         let picture = Picture::of_film(&outcome.film).described(&scene, &settings, outcome.passes);
-        exr::write(&picture, &out.join(format!("{}.exr", self.name)))?;
-        png::write(&picture, 1.0, &out.join(format!("{}.png", self.name)))?;
-        let words: Vec<String> = sets
-            .iter()
-            .map(|(key, value)| format!("--set {key}={}", value.trim_matches('"')))
-            .collect();
-        Ok(Shown {
-            name: self.name.to_owned(),
-            uri: png::data_uri(&png::encode(&picture, 1.0).map_err(anyhow::Error::msg)?),
-            caption: format!("{}, {passes} passes of {photons} photons", self.caption),
-            command: format!("photolathe render {} {}", path.display(), words.join(" ")),
-        })
+        let with = |ending: &str| format!("{}.{ending}", file.display());
+        exr::write(&picture, Path::new(&with("exr")))?;
+        png::write(&picture, 1.0, Path::new(&with("png")))?;
+        let words = sets.iter().map(|(key, value)| match value.as_str() {
+            Some(word) => format!(" --set {key}={word}"),
+            None => format!(" --set {key}={value}"),
+        });
+        let command = format!(
+            "photolathe render scenes/{name}.toml{} -o {name}.png",
+            words.collect::<String>(),
+            name = self.name
+        );
+        Ok((picture, command))
     }
 }

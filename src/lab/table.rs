@@ -1,5 +1,7 @@
 //! Tables: rows of values, as tidy CSV whose floats parse back to the same bits.
 
+use serde::de::value::{Error, MapDeserializer};
+use serde::de::{DeserializeOwned, Deserializer, IntoDeserializer, Visitor};
 use serde::{Deserialize, Serialize};
 
 /// A value of a table or a parameter.
@@ -98,6 +100,42 @@ impl From<String> for Value {
     }
 }
 
+/// What a field of a struct reads of a cell: text as it is, and NaN where a number is asked for and there is text.
+struct Cell<'a>(&'a Value);
+
+impl<'de> Deserializer<'de> for Cell<'_> {
+    type Error = Error;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        match self.0 {
+            Value::Integer(integer) => visitor.visit_i64(*integer),
+            Value::Number(number) => visitor.visit_f64(*number),
+            Value::Text(text) => visitor.visit_str(text),
+        }
+    }
+
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        visitor.visit_f64(self.0.number().unwrap_or(f64::NAN))
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
+        visitor.visit_string(self.0.to_cell())
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 char str bytes byte_buf option unit unit_struct newtype_struct seq tuple
+        tuple_struct map struct enum identifier ignored_any
+    }
+}
+
+impl<'de> IntoDeserializer<'de> for Cell<'_> {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
+    }
+}
+
 /// Whether a column holds times, which differ from run to run.
 pub fn is_time_column(name: &str) -> bool {
     ["_s", "_ms", "_ns"]
@@ -153,6 +191,21 @@ impl Table {
         let number = |row: &[Value], column: usize| row[column].number().unwrap_or(f64::NAN);
         let rows = self.rows.iter();
         rows.map(|row| columns.map(|column| number(row, column)))
+            .collect()
+    }
+
+    /// The rows as structs whose fields, `f64` or `String`, have the names of columns; columns without a field are left out.
+    ///
+    /// # Panics
+    /// If a field has no column, or another type: a mistake in the experiment.
+    pub fn read<Row: DeserializeOwned>(&self) -> Vec<Row> {
+        let read = |row: &Vec<Value>| {
+            let cells = row.iter().map(Cell);
+            let named = self.columns.iter().map(String::as_str).zip(cells);
+            Row::deserialize(MapDeserializer::new(named))
+        };
+        let rows = self.rows.iter().map(read);
+        rows.map(|row| row.unwrap_or_else(|error| panic!("a row of the table: {error}")))
             .collect()
     }
 
@@ -255,6 +308,34 @@ mod tests {
         assert_eq!(table.to_csv(), b"a,b\n\"x, \"\"y\"\"\",2.5\n");
         assert_eq!(table.filter("b", &2.5.into()).rows.len(), 1);
         assert_eq!(table.distinct("b"), [2.5.into()]);
+    }
+
+    #[test]
+    fn rows_become_structs_by_the_names_of_columns() {
+        #[derive(Debug, PartialEq, Deserialize)]
+        struct Row {
+            size: f64,
+            name: String,
+            count: f64,
+        }
+        let table = Table {
+            columns: ["name", "other", "count", "size"]
+                .map(String::from)
+                .to_vec(),
+            rows: vec![
+                vec!["a".into(), "x".into(), 3.into(), 0.5.into()],
+                vec![7.into(), 1.into(), "text".into(), f64::INFINITY.into()],
+            ],
+        };
+        let rows: Vec<Row> = table.read();
+        let first = Row {
+            size: 0.5,
+            name: "a".to_owned(),
+            count: 3.0,
+        };
+        assert_eq!(rows[0], first);
+        assert_eq!((rows[1].name.as_str(), rows[1].size), ("7", f64::INFINITY));
+        assert!(rows[1].count.is_nan());
     }
 
     #[test]

@@ -32,3 +32,29 @@ pub fn sign(value: &BigInt) -> i32 {
         Sign::Plus => 1,
     }
 }
+
+/// The numbers between which a real t lies: neighbours, or twice the same where t is an f64.
+///
+/// `near` is within a few roundings of t, and `sign_above` gives the sign of t − limit.
+pub fn bracket(near: f64, mut sign_above: impl FnMut(&Dyadic) -> i32) -> [f64; 2] {
+    let mut at = near;
+    let mut side = sign_above(&Dyadic::from_f64(at));
+    loop {
+        let next = match side {
+            0 => return [at, at],
+            s if s > 0 => at.next_up(),
+            _ => at.next_down(),
+        };
+        if !next.is_finite() {
+            return [at.min(next), at.max(next)];
+        }
+        let beyond = sign_above(&Dyadic::from_f64(next));
+        if beyond != side {
+            return match beyond {
+                0 => [next, next],
+                _ => [at.min(next), at.max(next)],
+            };
+        }
+        (at, side) = (next, beyond);
+    }
+}

@@ -5,6 +5,7 @@ use super::path::PathTracer;
 use super::photon::{Phases, PhotonMapper};
 use super::settings::Settings;
 use super::whitted::Whitted;
+use crate::numeric::clock::ThreadClock;
 use crate::numeric::work::Work;
 use crate::scene::Scene;
 use crate::scene::options::Integrator;
@@ -56,6 +57,8 @@ pub struct Outcome {
     pub passes: u64,
     /// Seconds of each named phase.
     pub phases: Vec<(&'static str, f64)>,
+    /// CPU seconds of the thread that makes the passes: of the whole render where the settings ask for one thread.
+    pub thread_seconds: f64,
 }
 
 /// Renders; `monitor` is called after every pass and may stop the run.
@@ -118,6 +121,7 @@ fn run(
     monitor: &mut (dyn FnMut(&Progress) -> Control + Send),
 ) -> Result<Outcome, RenderError> {
     let start = Instant::now();
+    let clock = ThreadClock::start();
     let mut engine = Engine::new(scene, settings)?;
     let planned = engine.planned(settings);
     let mut film = Film::new(scene.film);
@@ -145,6 +149,7 @@ fn run(
         work,
         passes: done,
         phases: phases.named(),
+        thread_seconds: clock.seconds(),
     })
 }
 

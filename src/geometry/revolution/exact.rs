@@ -17,6 +17,7 @@ mod recount;
 use crate::geometry::hit::Crossing;
 use crate::geometry::profile::{Piece, Profile};
 use crate::geometry::ray::Ray;
+use crate::geometry::revolution::Placement;
 use crate::numeric::exact::Polynomial;
 use line::{Curve, Line, Solution};
 use num_bigint::BigInt;
@@ -44,8 +45,12 @@ pub struct Certified {
 /// Every crossing inside the open range of a ray in the profile's own frame, by rising t; a tangency counts once, a point
 /// shared by two pieces once. Whether a root is real, in the piece and in the range is decided exactly.
 pub fn crossings(profile: &Profile, ray: &Ray) -> Vec<Crossing> {
+    if !ray.is_valid() {
+        return Vec::new();
+    }
     let mut found = Vec::new();
-    solve(profile, ray, &mut |solution| {
+    let line = Line::new(profile.pieces(), ray);
+    solve(profile.pieces(), &line, &mut |solution| {
         found.push(Crossing {
             t: solution.time(),
             piece: solution.piece,
@@ -63,8 +68,25 @@ pub fn crossings(profile: &Profile, ray: &Ray) -> Vec<Crossing> {
 /// As [`crossings`], with the neighbours of t and multiplicities; the order is certain but for crossings between the same two
 /// f64, which stand by piece and u.
 pub fn certified(profile: &Profile, ray: &Ray) -> Vec<Certified> {
+    if !ray.is_valid() {
+        return Vec::new();
+    }
+    certified_on(profile.pieces(), &Line::new(profile.pieces(), ray))
+}
+
+/// As [`certified`] for a ray of the world and a placed profile. The change of frame is not rounded: the surface is that
+/// of the points x for which Rᵀ(x − T) lies on the profile scaled by s, with R, T and s as they are stored.
+pub fn certified_placed(profile: &Profile, placement: &Placement, ray: &Ray) -> Vec<Certified> {
+    if !ray.is_valid() {
+        return Vec::new();
+    }
+    let line = Line::placed(profile.pieces(), placement, ray);
+    certified_on(profile.pieces(), &line)
+}
+
+fn certified_on(pieces: &[Piece], line: &Line) -> Vec<Certified> {
     let mut found = Vec::new();
-    solve(profile, ray, &mut |solution| {
+    solve(pieces, line, &mut |solution| {
         let t = solution.time();
         let (t_low, t_high) = solution.neighbours(t);
         found.push(Certified {
@@ -101,15 +123,10 @@ pub fn equations(profile: &Profile, ray: &Ray) -> Vec<(u32, Polynomial)> {
 }
 
 /// Reports every crossing in the range, piece by piece.
-fn solve(profile: &Profile, ray: &Ray, found: &mut dyn FnMut(&mut Solution)) {
-    if !ray.is_valid() {
-        return;
-    }
-    let pieces = profile.pieces();
-    let line = Line::new(pieces, ray);
-    let mut joint_met = is_closed(pieces) && ends_in_root(&line, pieces);
+fn solve(pieces: &[Piece], line: &Line, found: &mut dyn FnMut(&mut Solution)) {
+    let mut joint_met = is_closed(pieces) && ends_in_root(line, pieces);
     for (index, piece) in (0..).zip(pieces) {
-        let curve = Curve::new(&line, piece);
+        let curve = Curve::new(line, piece);
         if curve.is_degenerate() {
             continue;
         }

@@ -1,9 +1,7 @@
 //! The page of `golden check`: new, golden and difference of every golden, what is wrong on top.
 
 use super::{GoldenVerdict, LEVEL, Outcome, is_independent};
-use crate::image::picture::Picture;
-use crate::image::png;
-use crate::lab::difference::Difference;
+use crate::lab::contrast::{Contrast, ContrastView};
 use crate::lab::page::{fill, number};
 use crate::lab::report::duration;
 use serde::Serialize;
@@ -66,19 +64,11 @@ struct GoldenView {
     class: &'static str,
     verdict: &'static str,
     error: Option<String>,
-    pictures: Option<Pictures>,
+    pictures: Option<ContrastView>,
     statistics: Vec<(&'static str, String, bool)>,
     accept: Option<String>,
     independent: Option<&'static str>,
     time: String,
-}
-
-#[derive(Serialize)]
-struct Pictures {
-    new: String,
-    golden: String,
-    difference: String,
-    scale: String,
 }
 
 /// The page of these goldens, in their order.
@@ -104,10 +94,13 @@ pub fn html(goldens: &[Checked]) -> anyhow::Result<String> {
 impl GoldenView {
     fn of(checked: &Checked) -> anyhow::Result<Self> {
         let outcome = &checked.outcome;
-        let pictures = match (&outcome.picture, &outcome.stored) {
-            (Some(new), Some(golden)) if same_size(new, golden) => Some(pictures(new, golden)?),
-            _ => None,
-        };
+        let pictures = outcome.picture.as_ref().zip(outcome.stored.as_ref());
+        let pictures = pictures.map(|(new, golden)| Contrast {
+            caption: String::new(),
+            a: ("new".to_owned(), new.clone()),
+            b: ("golden".to_owned(), golden.clone()),
+            commands: Vec::new(),
+        });
         let (class, verdict) = match checked.urgency() {
             0 => ("fail", "broken"),
             1 => ("fail", GoldenVerdict::Different.word()),
@@ -133,7 +126,8 @@ impl GoldenView {
                 .as_ref()
                 .err()
                 .map(|error| format!("{error:#}")),
-            pictures,
+            // Of different sizes there is nothing to see but the error.
+            pictures: pictures.and_then(|pair| pair.view().ok()),
             statistics: statistics(outcome),
             accept: checked.accept_command().filter(|_| different),
             independent: (different && is_independent(&checked.directory)).then_some(INDEPENDENT),
@@ -151,7 +145,7 @@ fn statistics(outcome: &Outcome) -> Vec<(&'static str, String, bool)> {
     if check.verdict == GoldenVerdict::Identical {
         return rows;
     }
-    if check.p == 0.0 && check.detectable == 0.0 {
+    if check.replicates == 0 {
         rows.push((
             "bits differ, and nothing in the picture is random",
             String::new(),
@@ -159,6 +153,7 @@ fn statistics(outcome: &Outcome) -> Vec<(&'static str, String, bool)> {
         ));
         return rows;
     }
+    rows.push(("replicates", check.replicates.to_string(), false));
     // Two families share the level: each is held to half of it.
     let failing = |p: f64| p < 0.5 * LEVEL;
     rows.push((
@@ -172,37 +167,25 @@ fn statistics(outcome: &Outcome) -> Vec<(&'static str, String, bool)> {
         failing(check.p_blocks),
     ));
     rows.push(("p of both together", number(check.p), check.p < LEVEL));
-    let detectable = format!("{} %", number(100.0 * check.detectable));
+    let percent = |share: f64| format!("{} %", number(100.0 * share));
     rows.push((
         "change of the mean that would have been seen",
-        detectable,
+        percent(check.detectable),
+        false,
+    ));
+    rows.push((
+        "change of any block that would have been seen, as a share of the mean",
+        percent(check.detectable_block),
         false,
     ));
     rows
-}
-
-fn same_size(a: &Picture, b: &Picture) -> bool {
-    (a.width, a.height) == (b.width, b.height)
-}
-
-fn pictures(new: &Picture, golden: &Picture) -> anyhow::Result<Pictures> {
-    let uri = |picture| {
-        let bytes = png::encode(picture, 1.0).map_err(anyhow::Error::msg)?;
-        Ok::<_, anyhow::Error>(png::data_uri(&bytes))
-    };
-    let difference = Difference::of(new, golden);
-    Ok(Pictures {
-        new: uri(new)?,
-        golden: uri(golden)?,
-        difference: png::data_uri(&difference.png().map_err(anyhow::Error::msg)?),
-        scale: number(difference.scale),
-    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::Check;
     use super::*;
+    use crate::image::picture::Picture;
 
     fn checked(kind: &str, name: &str, verdict: GoldenVerdict) -> Checked {
         let picture = Picture {
@@ -213,10 +196,12 @@ mod tests {
         };
         let check = Check {
             verdict,
+            replicates: 32,
             p: 1e-9,
             p_mean: 5e-10,
             p_blocks: 0.3,
             detectable: 0.01,
+            detectable_block: 0.1,
             max: 0.25,
         };
         Checked {
@@ -239,7 +224,8 @@ mod tests {
         assert!(page.contains("1 different"));
         assert!(page.contains("photolathe golden accept lens --reason &quot;...&quot;"));
         assert_eq!(page.matches("class=\"fail\">p of").count(), 2, "{page}");
-        assert_eq!(page.matches("data:image/png").count(), 5);
+        assert_eq!(page.matches("src=\"data:image/png").count(), 3);
+        assert!(page.contains("<script>") && page.contains("nothing differs"));
         assert!(!page.contains("http"), "the page needs a network");
     }
 

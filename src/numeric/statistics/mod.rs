@@ -5,8 +5,9 @@
 mod fit;
 mod hypothesis;
 mod interval;
+mod survival;
 
-pub use fit::{Fit, fit_line};
+pub use fit::{Fit, GeneralisedFit, fit_generalised, fit_line};
 pub use hypothesis::{
     Test, chi_square, holm, holm_smallest, kolmogorov_smirnov, ks_uniform, student,
     two_sided_normal, two_sided_student, welch, z_test,
@@ -14,6 +15,7 @@ pub use hypothesis::{
 pub use interval::{
     binomial_interval, normal_quantile, poisson_interval, student_quantile, zero_failures_bound,
 };
+pub use survival::survival_exponent;
 
 /// Running mean and variance of a sample (Welford 1962); parts join (Chan, Golub and LeVeque 1979).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,8 @@
 //! The ray and a piece in whole numbers, and the t of a root in u.
 
-use super::{Piece, Ray};
+use super::{Piece, Placement, Ray};
 use crate::numeric::exact::{Branches, Dyadic, Polynomial, Root, sign};
+use glam::DVec3;
 use num_bigint::BigInt;
 use num_traits::Zero;
 use std::rc::Rc;
@@ -18,7 +19,9 @@ pub(super) struct Curve {
 impl Curve {
     pub(super) fn new(line: &Line, piece: &Piece) -> Self {
         let whole = |values: &[f64; 4]| {
-            Polynomial::cubic(&values.map(|v| Dyadic::from_f64(v).at(line.length)))
+            Polynomial::cubic(
+                &values.map(|v| Dyadic::from_f64(v).times(&line.scale).at(line.length)),
+            )
         };
         Self {
             radius: whole(&piece.radius),
@@ -35,6 +38,8 @@ impl Curve {
 pub(super) struct Line {
     length: i64,
     speed: i64,
+    /// Factor of the profile.
+    scale: Dyadic,
     origin: [BigInt; 3],
     direction: [BigInt; 3],
     /// d_x and d_z in units of 2^flat_speed, the greatest that both are whole in.
@@ -46,21 +51,45 @@ pub(super) struct Line {
 
 impl Line {
     pub(super) fn new(pieces: &[Piece], ray: &Ray) -> Self {
+        let one = Dyadic::from_f64(1.0);
+        Self::from_parts(pieces, one, whole(ray.origin), whole(ray.direction), ray)
+    }
+
+    /// The ray of the world in the frame of a placed profile, not rounded.
+    pub(super) fn placed(pieces: &[Piece], placement: &Placement, ray: &Ray) -> Self {
+        let [from, to] = [whole(ray.origin), whole(placement.translate)];
+        let offset = [0, 1, 2].map(|i| from[i].plus(&to[i].negated()));
+        let direction = whole(ray.direction);
+        let r = &placement.rotation;
+        let axes = [r.x_axis, r.y_axis, r.z_axis].map(whole);
+        let turned = |v: &[Dyadic; 3]| axes.each_ref().map(|axis| dot(axis, v));
+        let scale = Dyadic::from_f64(placement.scale);
+        Self::from_parts(pieces, scale, turned(&offset), turned(&direction), ray)
+    }
+
+    fn from_parts(
+        pieces: &[Piece],
+        scale: Dyadic,
+        origin: [Dyadic; 3],
+        direction: [Dyadic; 3],
+        ray: &Ray,
+    ) -> Self {
         let controls = pieces.iter().flat_map(|p| p.radius.iter().chain(&p.height));
-        let origin = ray.origin.to_array();
-        let direction = ray.direction.to_array();
-        let length = least_exponent(origin.iter().chain(controls));
+        let controls: Vec<Dyadic> = controls
+            .map(|&v| Dyadic::from_f64(v).times(&scale))
+            .collect();
+        let length = least_exponent(origin.iter().chain(&controls));
         let speed = least_exponent(direction.iter());
-        let level = [direction[0], direction[2]];
-        let flat_speed = least_exponent(level.iter());
+        let flat_speed = least_exponent([&direction[0], &direction[2]].into_iter());
         let limit = |t: f64| t.is_finite().then(|| Dyadic::from_f64(t));
         Self {
             length,
             speed,
-            origin: origin.map(|x| Dyadic::from_f64(x).at(length)),
-            direction: direction.map(|x| Dyadic::from_f64(x).at(speed)),
-            flat: level.map(|x| Dyadic::from_f64(x).at(flat_speed)),
+            scale,
+            origin: origin.map(|x| x.at(length)),
+            flat: [&direction[0], &direction[2]].map(|x| x.at(flat_speed)),
             flat_speed,
+            direction: direction.map(|x| x.at(speed)),
             low: limit(ray.t_min),
             high: limit(ray.t_max),
         }
@@ -359,10 +388,17 @@ pub(super) fn squares_apart(square: &Polynomial, unit: i64, k: &Dyadic) -> Polyn
     square.affine(&scale, &-(&k * &k))
 }
 
+fn whole(v: DVec3) -> [Dyadic; 3] {
+    v.to_array().map(Dyadic::from_f64)
+}
+
+fn dot(a: &[Dyadic; 3], b: &[Dyadic; 3]) -> Dyadic {
+    let [x, y, z] = [0, 1, 2].map(|i| a[i].times(&b[i]));
+    x.plus(&y).plus(&z)
+}
+
 /// The least exponent of the non-zero numbers, or 0.
-fn least_exponent<'a>(values: impl Iterator<Item = &'a f64>) -> i64 {
-    let exponents = values
-        .filter(|&&v| v != 0.0)
-        .map(|&v| Dyadic::from_f64(v).exponent);
+fn least_exponent<'a>(values: impl Iterator<Item = &'a Dyadic>) -> i64 {
+    let exponents = values.filter(|v| !v.mantissa.is_zero()).map(|v| v.exponent);
     exponents.min().unwrap_or(0)
 }

@@ -1,6 +1,7 @@
 //! Sphere, quad, plane and disc against closed forms, on easy and hard rays.
 
 use glam::DVec3;
+use photolathe::geometry::hit::Side;
 use photolathe::geometry::planar::{Disc, Plane, Quad, tangents};
 use photolathe::geometry::profile::Profile;
 use photolathe::geometry::ray::Ray;
@@ -158,12 +159,12 @@ fn a_ray_that_leaves_a_hit_never_meets_the_same_sheet_again() {
             next
         };
         assert_eq!(
-            sphere.nearest(&hit.leave(outside)),
+            sphere.nearest(&Ray::new(hit.beside(Side::Front), outside)),
             None,
             "a ray outwards from a sphere is free"
         );
         let inside = sphere
-            .nearest(&hit.leave(-outside))
+            .nearest(&Ray::new(hit.beside(Side::Back), -outside))
             .expect("a ray inwards meets the far wall");
         let chord = 2.0 * radius * outside.dot(hit.normal);
         let slack = 64.0 * f64::EPSILON * (radius + center.length()) / outside.dot(hit.normal);

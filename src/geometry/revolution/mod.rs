@@ -1,8 +1,12 @@
 //! The surface of revolution of a piecewise cubic Bezier profile about its local +y axis.
 
 pub mod bernstein;
+mod clearance;
 pub mod clipping;
+mod edge;
 pub mod exact;
+mod leave;
+pub mod membership;
 pub mod newton;
 mod placement;
 
@@ -13,10 +17,12 @@ use super::ray::Ray;
 use super::sphere::azimuth;
 use crate::numeric::work::Work;
 use bernstein::Undecided;
+use clearance::Clearance;
 use clipping::ClippingSettings;
 use glam::{DVec2, DVec3};
 use newton::NewtonSettings;
 pub use placement::Placement;
+use std::sync::OnceLock;
 
 /// How to solve ray = surface of revolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +47,8 @@ pub struct Revolution {
     prepared: bernstein::Prepared,
     /// Bound of the distance of a computed surface point from the surface, world units.
     error: f64,
+    /// Made when a ray first leaves the surface.
+    clearance: OnceLock<Clearance>,
 }
 
 impl Revolution {
@@ -55,6 +63,7 @@ impl Revolution {
             placement,
             cylinder,
             error,
+            clearance: OnceLock::new(),
         }
     }
 
@@ -149,7 +158,9 @@ impl Revolution {
     ///
     /// The point is S(u, θ), placed, with θ from the ray's point: it lies on the surface to within [`Hit::error`] however wrong
     /// t is.
+    /// At a sharp edge the crossing is given to the piece that the ray faces.
     pub fn hit(&self, ray: &Ray, crossing: Crossing) -> Hit {
+        let crossing = self.faced(ray, crossing);
         let local = self.placement.ray_to_local(ray).at(crossing.t);
         let piece = &self.profile.pieces()[crossing.piece as usize];
         let (radius, height) = {

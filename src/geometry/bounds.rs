@@ -151,3 +151,33 @@ fn length(x: f64, z: f64) -> f64 {
         libm::hypot(x, z)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By half the margin at least, so that the rounding of the sum takes nothing away, and by no more than twice of it.
+    #[test]
+    fn both_ends_of_an_interval_move_outward_by_some_roundings() {
+        for (low, high) in [(1.0, 2.0), (-2.0, -1.0), (-1e300, 1e300), (0.0, 0.0)] {
+            let (below, above) = outward(low, high);
+            for (moved, end) in [(low - below, low), (above - high, high)] {
+                let margin = MARGIN * f64::abs(end) + f64::MIN_POSITIVE;
+                assert!((0.5 * margin..=2.0 * margin).contains(&moved), "{end}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_shorter_leg_of_a_triangle_keeps_its_digits() {
+        for (hypotenuse, leg, other) in [(5.0, 3.0, 4.0), (13.0, 12.0, 5.0), (2.0, 2.0, 0.0)] {
+            for scale in [1.0, 1e-170, 1e170] {
+                let got = length_of_leg(scale * hypotenuse, scale * leg);
+                assert!((got - scale * other).abs() <= 1e-14 * scale, "{scale}");
+                let got = length(scale * leg, scale * other);
+                assert!((got / (scale * hypotenuse) - 1.0).abs() <= 1e-15, "{scale}");
+            }
+        }
+        assert_eq!(length(0.0, 0.0), 0.0);
+    }
+}

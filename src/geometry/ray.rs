@@ -53,3 +53,26 @@ impl Ray {
             && self.t_min < self.t_max
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ray_is_valid_if_something_lies_between_its_ends() {
+        let ray = Ray::new(DVec3::ONE, DVec3::X);
+        let between = |t_min, t_max| Ray {
+            t_min,
+            t_max,
+            ..ray
+        };
+        assert!(ray.is_valid() && between(1.0, 2.0).is_valid());
+        assert!(!between(2.0, 1.0).is_valid() && !between(1.0, 1.0).is_valid());
+        assert_eq!(
+            [0.5, 1.0, 1.5, 2.0, 2.5].map(|t| between(1.0, 2.0).contains(t)),
+            [false, false, true, false, false]
+        );
+        assert_eq!(ray.until(3.0), between(0.0, 3.0));
+        assert_eq!(ray.at(2.5), DVec3::new(3.5, 1.0, 1.0));
+    }
+}

@@ -172,6 +172,25 @@ mod tests {
     }
 
     #[test]
+    fn random_profiles_hold_the_values_that_upset_solvers() {
+        let mut values = Vec::new();
+        for index in 0..200 {
+            let profile = random_profile(&mut Stream::new(1, Purpose::Test, index));
+            values.extend(profile.pieces().iter().flat_map(|p| [p.radius, p.height]));
+        }
+        let share = |of: &dyn Fn(f64) -> bool| {
+            let all = values.iter().flatten();
+            all.clone().filter(|&&x| of(x)).count() as f64 / all.count() as f64
+        };
+        let just_above = |x: f64| (1e-19..=1e-2).contains(&(x - x.floor()));
+        assert!(share(&|x| x == 0.0) > 0.05);
+        assert!(share(&|x| x < 0.0) > 0.1);
+        assert!(share(&|x| x != 0.0 && x == (4.0 * x).floor() / 4.0) > 0.1);
+        assert!(share(&|x| x > 1.0 && just_above(x)) > 0.03);
+        assert!(share(&|x| x < 0.1 && x > 0.0 && just_above(x)) > 0.01);
+    }
+
+    #[test]
     fn a_thin_wall_is_a_solid_of_that_thickness() {
         let volume = Specimen::ThinWall(1e-3).profile().volume();
         let expected = std::f64::consts::PI * (3.0 - (1.0 - 1e-3_f64).powi(2) * (3.0 - 1e-3));

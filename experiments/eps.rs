@@ -124,6 +124,12 @@ fn departure(
 }
 
 impl Departure {
+    /// The certified start.
+    fn certified(&self, surface: &Revolution, work: &mut Work) -> Ray {
+        let side = self.hit.side_met(-self.direction);
+        surface.leave(&self.hit, side, self.direction, work)
+    }
+
     fn leave(&self, offset: f64) -> Ray {
         Ray::new(self.point + offset * self.normal, self.direction)
     }
@@ -229,7 +235,7 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
         };
         for count in &mut counts {
             let ray = match setting.point.as_str() {
-                "leave" => departure.hit.leave(departure.direction),
+                "leave" => departure.certified(&surface, &mut work),
                 _ => departure.leave(count.offset),
             };
             count.rays += 1;

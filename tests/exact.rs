@@ -202,14 +202,14 @@ fn routes_agree(profile: &Profile, ray: &Ray, name: &str) -> usize {
 /// A ray of a family, now and then with a range that ends at one of its crossings.
 fn ranged(profile: &Profile, family: Family, index: u64) -> Ray {
     let mut ray = rays::ray(profile, family, index);
-    if index % 3 == 0 {
+    if index.is_multiple_of(3) {
         let whole = Ray {
             t_min: f64::NEG_INFINITY,
             ..ray
         };
         let found = certified(profile, &whole);
         if let Some(c) = found.get(index as usize % found.len().max(1)) {
-            (ray.t_min, ray.t_max) = if index % 2 == 0 {
+            (ray.t_min, ray.t_max) = if index.is_multiple_of(2) {
                 (c.t_low, f64::INFINITY)
             } else {
                 (f64::NEG_INFINITY, c.t_high)

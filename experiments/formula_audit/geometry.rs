@@ -253,7 +253,7 @@ fn with_a_cut_off(radius: f64, share: f64) -> bool {
 }
 
 fn leave(hit: &Hit, direction: DVec3) -> Ray {
-    hit.leave(direction)
+    Ray::new(hit.beside(hit.side_met(-direction)), direction)
 }
 
 fn by_half_the_tolerance(hit: &Hit, direction: DVec3) -> Ray {

@@ -194,6 +194,13 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         write_atomically(path, format!("{stats:#}\n").as_bytes())
             .with_context(|| path.display().to_string())?;
     }
+    let unseparated = outcome.work.unseparated;
+    if unseparated > 0 {
+        eprintln!(
+            "photolathe: {unseparated} rays left points where rounding does not separate the two sides of a surface (a wall \
+             thinner than the rounding of its place): they may have passed through it"
+        );
+    }
     let bad = outcome.film.bad_samples();
     if bad > 0 {
         bail!(

@@ -1,6 +1,5 @@
 //! Where a ray meets a surface.
 
-use super::ray::Ray;
 use glam::{DVec2, DVec3};
 
 /// A solution of ray = surface, before anything else is worked out.
@@ -37,36 +36,100 @@ pub struct Hit {
     pub st: DVec2,
 }
 
+/// One side of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The side to which the normal points.
+    Front,
+    /// The other side.
+    Back,
+}
+
+impl Side {
+    /// The side across the surface.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Front => Self::Back,
+            Self::Back => Self::Front,
+        }
+    }
+
+    /// 1 for the front, −1 for the back.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Front => 1.0,
+            Self::Back => -1.0,
+        }
+    }
+}
+
 /// The start of a next ray stands off the surface by this many bounds of the hit's error: one for the hit itself, one for the
 /// error of the same surface met again from nearby, and as much again for the rounding of the new origin.
 /// Below two the ray may start on the wrong side (experiment `eps` shows the cliff).
 pub const OFFSET_IN_ERRORS: f64 = 4.0;
 
 impl Hit {
-    /// The normal on the side from which `direction` arrives.
-    pub fn facing_normal(&self, direction: DVec3) -> DVec3 {
+    /// The side on which a ray along `direction` arrives; the front for a ray in the tangent plane.
+    pub fn side_met(&self, direction: DVec3) -> Side {
         if self.normal.dot(direction) > 0.0 {
-            -self.normal
+            Side::Back
         } else {
-            self.normal
+            Side::Front
         }
     }
 
-    /// The ray that leaves this point along `direction`, started on the side of the surface into which `direction` points.
-    ///
-    /// The start stands off along the normal by [`OFFSET_IN_ERRORS`] times the hit's error, so the ray cannot meet the same
-    /// sheet at once. Not promised: that a wall thinner than this offset is not jumped.
-    pub fn leave(&self, direction: DVec3) -> Ray {
-        let side = if self.normal.dot(direction) < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
-        Ray::new(self.offset(side * OFFSET_IN_ERRORS), direction)
+    /// The unit normal that points to a side.
+    pub fn normal_on(&self, side: Side) -> DVec3 {
+        side.sign() * self.normal
+    }
+
+    /// The normal on the side from which `direction` arrives.
+    pub fn facing_normal(&self, direction: DVec3) -> DVec3 {
+        self.normal_on(self.side_met(direction))
     }
 
     /// The point moved along the normal by `errors` times the hit's error.
     pub fn offset(&self, errors: f64) -> DVec3 {
         self.point + errors * self.error * self.normal
+    }
+
+    /// The point [`OFFSET_IN_ERRORS`] off the surface. It is on that side of the hit's own sheet wherever the sheet is flat over
+    /// some bounds of the error; what else is near, and what a kink does, only the shape knows
+    /// ([`Shape::leave`](super::shape::Shape::leave)).
+    pub fn beside(&self, side: Side) -> DVec3 {
+        self.offset(side.sign() * OFFSET_IN_ERRORS)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A direction within the surface comes neither from behind nor from before: it counts as met from the front.
+    #[test]
+    fn sides_are_those_of_the_normal() {
+        let hit = Hit {
+            t: 3.0,
+            point: DVec3::new(0.0, 2.0, 0.0),
+            normal: DVec3::Y,
+            error: 1e-3,
+            object: 0,
+            piece: 0,
+            u: 0.0,
+            theta: 0.0,
+            st: DVec2::ZERO,
+        };
+        for (direction, side) in [
+            (DVec3::X, Side::Front),
+            (DVec3::new(0.6, 0.8, 0.0), Side::Back),
+            (DVec3::new(0.6, -0.8, 0.0), Side::Front),
+        ] {
+            assert_eq!(hit.side_met(direction), side);
+            assert_eq!(hit.facing_normal(direction), side.sign() * DVec3::Y);
+            let start = hit.beside(side);
+            assert!((start.y - 2.0 - side.sign() * 4e-3).abs() < 1e-15);
+            assert!((hit.beside(side.other()).y + start.y - 4.0).abs() < 1e-15);
+        }
     }
 }

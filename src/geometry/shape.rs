@@ -1,12 +1,14 @@
 //! The closed set of shapes.
 
 use super::bounds::{Aabb, Bounding};
-use super::hit::{Crossing, Hit};
+use super::hit::{Crossing, Hit, OFFSET_IN_ERRORS, Side};
 use super::planar::{Disc, Plane, Quad};
 use super::ray::Ray;
+use super::revolution::membership::Membership;
 use super::revolution::{Revolution, Solver};
 use super::sphere::Sphere;
 use crate::numeric::work::Work;
+use glam::DVec3;
 
 /// A surface that rays can meet.
 #[derive(Clone, Debug)]
@@ -60,6 +62,34 @@ impl Shape {
             Self::Quad(shape) => shape.hit(ray, crossing),
             Self::Plane(shape) => shape.hit(ray, crossing),
             Self::Disc(shape) => shape.hit(ray, crossing),
+        }
+    }
+
+    /// The ray that leaves a hit of this shape on a side of it, along `direction`.
+    ///
+    /// It starts on that side, next to the hit's own sheet, with proof: see [`Revolution::leave`]; for the other shapes the bound
+    /// of the hit's error is the proof. What cannot be separated (a sphere or a wall thinner than the rounding of its place) is
+    /// counted in [`Work::unseparated`]. Not promised: that another object nearer than some bounds of the error is not jumped.
+    pub fn leave(&self, hit: &Hit, side: Side, direction: DVec3, work: &mut Work) -> Ray {
+        let start = match self {
+            Self::Revolution(shape) => return shape.leave(hit, side, direction, work),
+            Self::Sphere(shape) => {
+                let depth = 2.0 * OFFSET_IN_ERRORS * hit.error;
+                work.unseparated += u64::from(side == Side::Back && depth >= shape.radius);
+                hit.beside(side)
+            }
+            Self::Quad(_) | Self::Plane(_) | Self::Disc(_) => hit.beside(side),
+        };
+        Ray::new(start, direction)
+    }
+
+    /// Whether a point lies inside: of a sphere, or of what a revolved profile encloses (see
+    /// [`membership`](super::revolution::membership)). A point on the surface is not inside; other shapes have no inside.
+    pub fn contains(&self, point: DVec3) -> bool {
+        match self {
+            Self::Revolution(shape) => shape.membership(point) == Membership::Inside,
+            Self::Sphere(shape) => (point - shape.center).length() < shape.radius,
+            Self::Quad(_) | Self::Plane(_) | Self::Disc(_) => false,
         }
     }
 

@@ -40,6 +40,10 @@ work! {
     solver_iterations,
     /// Rays that the Bernstein solver could not decide in f64 and gave to the exact one.
     solver_fallbacks,
+    /// Starts of next rays that the bound of the hit's error did not prove right: a probe decided.
+    starts_tested,
+    /// Starts of next rays that could not be proven to lie on the right side of the surface.
+    unseparated,
     /// Nodes (or leaves) of the point index visited.
     index_visits,
     /// Points of the index tested against a query.

@@ -1,12 +1,14 @@
 //! What a surface does to a ray: the lobes of a material at a hit, and exact Fresnel.
 
-use crate::geometry::hit::Hit;
+use crate::geometry::hit::{Hit, Side};
 use crate::scene::{Rgb, Scene};
 use glam::DVec3;
 
 /// The scattering of a material at a hit, for light or a camera ray arriving along one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobes {
+    /// Side of the surface on which the light or ray arrives; what is reflected leaves there, what is refracted on the other.
+    pub side: Side,
     /// Diffuse reflectance.
     pub diffuse: Rgb,
     /// Mirror reflectance.
@@ -32,19 +34,20 @@ impl Lobes {
     /// The lobes at `hit` for a unit `direction` of arrival.
     pub fn at(scene: &Scene, hit: &Hit, direction: DVec3) -> Self {
         let material = scene.material(hit);
+        let side = hit.side_met(direction);
         let diffuse = material
             .diffuse
             .as_ref()
             .map_or(Rgb::ZERO, |pattern| pattern.at(hit.st));
         let mirror = material.mirror.unwrap_or(Rgb::ZERO);
         let interface = material.dielectric.map(|dielectric| {
-            let entering = direction.dot(hit.normal) < 0.0;
+            let entering = side == Side::Front;
             let eta = if entering {
                 dielectric.ior
             } else {
                 1.0 / dielectric.ior
             };
-            let normal = hit.facing_normal(direction);
+            let normal = hit.normal_on(side);
             let (reflectance, refracted) = refract(direction, normal, eta);
             Interface {
                 reflectance,
@@ -54,6 +57,7 @@ impl Lobes {
             }
         });
         Self {
+            side,
             diffuse,
             mirror,
             interface,

@@ -187,7 +187,8 @@ impl<'a> Whitted<'a> {
                 .max_depth
                 .is_none_or(|limit| branch.depth < limit)
             {
-                for next in branch.scattered(&hit, &lobes).into_iter().flatten() {
+                let scattered = branch.scattered(self.scene, &hit, &lobes, work);
+                for next in scattered.into_iter().flatten() {
                     pending.extend(next.admitted(stream.as_deref_mut()));
                     work.scattered_rays += 1;
                 }
@@ -215,8 +216,8 @@ impl<'a> Whitted<'a> {
             .max_depth
             .is_none_or(|limit| branch.depth < limit);
         if scatters && lobes.diffuse != Rgb::ZERO {
-            let normal = hit.facing_normal(direction);
-            let from = hit.leave(normal).origin;
+            let normal = hit.normal_on(lobes.side);
+            let from = self.scene.leave(hit, lobes.side, normal, work).origin;
             let strata = (LIGHT_GRID * branch.heaviness().sqrt())
                 .ceil()
                 .clamp(1.0, LIGHT_GRID);
@@ -287,8 +288,15 @@ struct Branch {
 
 impl Branch {
     /// The specular branches at a hit, reflection last so that it is followed first.
-    fn scattered(&self, hit: &Hit, lobes: &Lobes) -> [Option<Self>; 2] {
-        let mirrored = || hit.leave(reflect(self.ray.direction, hit.normal));
+    fn scattered(
+        &self,
+        scene: &Scene,
+        hit: &Hit,
+        lobes: &Lobes,
+        work: &mut Work,
+    ) -> [Option<Self>; 2] {
+        let mut leave = |side, direction| scene.leave(hit, side, direction, work);
+        let mirrored = reflect(self.ray.direction, hit.normal);
         let next = |event, ray, share: Rgb| Self {
             ray,
             weight: self.weight * share,
@@ -305,20 +313,25 @@ impl Branch {
                     Self {
                         medium: interface.beyond,
                         scale: self.scale * interface.radiance_scale,
-                        ..next(Event::Refract, hit.leave(direction), Rgb::splat(share))
+                        ..next(
+                            Event::Refract,
+                            leave(lobes.side.other(), direction),
+                            Rgb::splat(share),
+                        )
                     }
                 });
                 let reflection = (interface.reflectance > 0.0).then(|| {
                     next(
                         Event::Reflect,
-                        mirrored(),
+                        leave(lobes.side, mirrored),
                         Rgb::splat(interface.reflectance),
                     )
                 });
                 [refraction, reflection]
             }
             None if lobes.mirror != Rgb::ZERO => {
-                [Some(next(Event::Mirror, mirrored(), lobes.mirror)), None]
+                let ray = leave(lobes.side, mirrored);
+                [Some(next(Event::Mirror, ray, lobes.mirror)), None]
             }
             None => [None, None],
         }

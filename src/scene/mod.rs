@@ -9,7 +9,7 @@ pub mod sampling;
 pub mod texture;
 
 use crate::geometry::bounds::Aabb;
-use crate::geometry::hit::Hit;
+use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
 use crate::geometry::revolution::Solver;
 use crate::geometry::shape::Shape;
@@ -111,6 +111,12 @@ impl Scene {
             .any(|object| object.shape.nearest(ray, &self.solver, work).is_some())
     }
 
+    /// The ray that leaves a hit on a side of its object, along `direction`: see [`Shape::leave`].
+    pub fn leave(&self, hit: &Hit, side: Side, direction: DVec3, work: &mut Work) -> Ray {
+        let shape = &self.objects[hit.object].shape;
+        shape.leave(hit, side, direction, work)
+    }
+
     /// The material at a hit.
     pub fn material(&self, hit: &Hit) -> &Material {
         &self.materials[self.objects[hit.object].material]
@@ -132,16 +138,13 @@ impl Scene {
     pub fn medium_at(&self, point: DVec3, work: &mut Work) -> Option<usize> {
         // A direction without special position towards the axes and the usual scenes.
         let ray = Ray::new(point, DVec3::new(0.3, 0.9, 0.315_594_676_761_190_7));
-        let dielectrics = self
-            .objects
-            .iter()
-            .enumerate()
-            .filter(|(_, object)| self.materials[object.material].dielectric.is_some());
-        dielectrics
+        let around = self.objects.iter().enumerate().filter(|(_, object)| {
+            self.materials[object.material].dielectric.is_some() && object.shape.contains(point)
+        });
+        around
             .filter_map(|(index, object)| {
-                let crossings = object.shape.crossings(&ray, &self.solver, work);
-                let first = crossings.first()?;
-                (crossings.len() % 2 == 1).then_some((first.t, index))
+                let first = object.shape.nearest(&ray, &self.solver, work)?;
+                Some((first.t, index))
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, index)| index)

@@ -143,4 +143,10 @@ fn margins_tell_hard_rays_from_easy_ones() {
     let graze = suite.truth(&Ray::new(DVec3::new(-9.0, 2.15 - 1e-7, 0.0), DVec3::X));
     assert!(graze.nearest.is_some());
     assert!((1e-7..4e-7).contains(&graze.margin), "{}", graze.margin);
+    // Past the foot at the distance of rounding, then well inside the cup.
+    let past = suite.truth(&Ray::new(
+        DVec3::new(-4.686934983076962, -5.787980368399172, -4.125688295581435),
+        DVec3::new(0.5833552988814875, 0.7657771346765442, 0.2707064374437229),
+    ));
+    assert!(past.margin < 1e-13, "{}", past.margin);
 }

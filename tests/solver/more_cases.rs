@@ -141,7 +141,8 @@ fn n29_a_ray_that_leaves_a_hit_keeps_its_side_and_needs_no_exact_arithmetic() {
             let hit = shape.hit(&r, crossing);
             let other = p.rotation * rays::ray(&Profile::cup(), Family::Inside, i).direction;
             for direction in [other, -other, r.direction] {
-                let next = hit.leave(direction);
+                let side = hit.side_met(-direction);
+                let next = shape.leave(&hit, side, direction, &mut work);
                 let count = shape.crossings(&next, &Solver::Bernstein, &mut work).len();
                 let outside = hit.normal.dot(direction) > 0.0;
                 assert_eq!(count % 2, usize::from(!outside), "{i} {direction}");

@@ -212,7 +212,10 @@ impl<'a> Target<'a> {
             let (choice, direction) = (s.uniform(), sphere(s));
             if !found.is_empty() {
                 let crossing = found[pick(found.len(), choice)];
-                return Some(self.shape.hit(&ray, crossing).leave(direction));
+                let hit = self.shape.hit(&ray, crossing);
+                let side = hit.side_met(-direction);
+                let mut work = Work::default();
+                return Some(self.shape.leave(&hit, side, direction, &mut work));
             }
         }
         None

@@ -37,20 +37,21 @@ fn path(scene: &Scene, object: usize, s: &mut Stream) -> Vec<Ray> {
         };
         let lobes = Lobes::at(scene, &hit, ray.direction);
         let (choice, place) = (s.uniform(), s.uniform2());
-        let normal = hit.facing_normal(ray.direction);
+        let normal = hit.normal_on(lobes.side);
         let mirrored = reflect(ray.direction, normal);
         let (diffuse, mirror) = (lobes.diffuse.max_element(), lobes.mirror.max_element());
-        let next = match lobes.interface {
+        let same = lobes.side;
+        let (side, next) = match lobes.interface {
             // Half and half, so that faint reflections are among the rays too.
             Some(interface) => match interface.refracted {
-                Some(refracted) if choice < 0.5 => refracted,
-                _ => mirrored,
+                Some(refracted) if choice < 0.5 => (same.other(), refracted),
+                _ => (same, mirrored),
             },
             None if diffuse + mirror <= 0.0 => break,
-            None if choice * (diffuse + mirror) < mirror => mirrored,
-            None => cosine_hemisphere(normal, place),
+            None if choice * (diffuse + mirror) < mirror => (same, mirrored),
+            None => (same, cosine_hemisphere(normal, place)),
         };
-        ray = hit.leave(next);
+        ray = scene.leave(&hit, side, next, &mut work);
         if hit.object == object {
             leaving.push(ray);
         }

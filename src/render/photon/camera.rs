@@ -1,6 +1,6 @@
 //! Camera paths: from a pixel through specular events to hit points, the places where light is gathered.
 
-use crate::geometry::hit::Hit;
+use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
@@ -196,10 +196,10 @@ impl Viewer<'_> {
         }
         here.events += 1;
         if let Some(interface) = &lobes.interface {
-            self.branch_at(here, &hit, interface, stream);
+            self.branch_at(here, &hit, lobes.side, interface, stream);
         } else if lobes.mirror != Rgb::ZERO {
             here.weight *= lobes.mirror;
-            here.ray = hit.leave(reflect(direction, hit.normal));
+            here.ray = self.leave(&hit, lobes.side, reflect(direction, hit.normal));
             self.send(here, stream);
         }
     }
@@ -239,9 +239,20 @@ impl Viewer<'_> {
         });
     }
 
-    fn branch_at(&mut self, here: Branch, hit: &Hit, interface: &Interface, stream: &mut Stream) {
+    fn leave(&mut self, hit: &Hit, side: Side, direction: DVec3) -> Ray {
+        self.scene.leave(hit, side, direction, &mut self.out.work)
+    }
+
+    fn branch_at(
+        &mut self,
+        here: Branch,
+        hit: &Hit,
+        side: Side,
+        interface: &Interface,
+        stream: &mut Stream,
+    ) {
         let mut reflected = Branch {
-            ray: hit.leave(reflect(here.ray.direction, hit.normal)),
+            ray: self.leave(hit, side, reflect(here.ray.direction, hit.normal)),
             ..here
         };
         let Some(direction) = interface.refracted else {
@@ -249,7 +260,7 @@ impl Viewer<'_> {
             return;
         };
         let mut refracted = Branch {
-            ray: hit.leave(direction),
+            ray: self.leave(hit, side.other(), direction),
             weight: here.weight * interface.radiance_scale,
             medium: interface.beyond,
             ..here

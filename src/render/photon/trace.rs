@@ -4,7 +4,7 @@
 //! keeps the mean (Arvo and Kirk 1990). Mirrors and dielectrics pass them on; at a dielectric one of the two ways is chosen with
 //! its Fresnel share. Photons carry flux, so no index of refraction scales them.
 
-use crate::geometry::hit::Hit;
+use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
@@ -184,13 +184,13 @@ impl Tracer<'_> {
             out.points.push(hit.point);
             out.arrivals.push(Arrival {
                 flux: flight.flux,
-                normal: hit.facing_normal(direction),
+                normal: hit.normal_on(lobes.side),
                 object: hit.object as u32,
                 events: flight.events,
             });
         }
         let scattered = match &lobes.interface {
-            Some(interface) => cross(flight, &hit, interface, stream),
+            Some(interface) => cross(flight, &hit, lobes.side, interface, stream),
             None => bounce(flight, &hit, &lobes, stream),
         };
         let reflected = match lobes.interface {
@@ -198,50 +198,63 @@ impl Tracer<'_> {
             None => arriving * (lobes.diffuse + lobes.mirror),
         };
         out.energy.absorbed += arriving - reflected;
-        let left = if scattered { flight.flux } else { Rgb::ZERO };
+        let left = scattered.map_or(Rgb::ZERO, |_| flight.flux);
         out.energy.roulette += reflected - left;
         flight.events += 1;
-        scattered
+        let Some((side, direction)) = scattered else {
+            return false;
+        };
+        flight.ray = self.scene.leave(&hit, side, direction, &mut out.work);
+        true
     }
 }
 
-/// Reflects or refracts at a dielectric. `false` if roulette ends the path.
-fn cross(flight: &mut Flight, hit: &Hit, interface: &Interface, stream: &mut Stream) -> bool {
+/// Reflects or refracts at a dielectric that was met on `side`: the side and direction in which the photon leaves. `None` if
+/// roulette ends the path.
+fn cross(
+    flight: &mut Flight,
+    hit: &Hit,
+    side: Side,
+    interface: &Interface,
+    stream: &mut Stream,
+) -> Option<(Side, DVec3)> {
     flight.chain += 1;
     if flight.chain > LONG_CHAIN {
         if stream.uniform() >= CHAIN_SURVIVAL {
-            return false;
+            return None;
         }
         flight.flux /= CHAIN_SURVIVAL;
     }
-    let direction = flight.ray.direction;
-    flight.ray = match interface.refracted {
+    Some(match interface.refracted {
         Some(refracted) if stream.uniform() >= interface.reflectance => {
             flight.medium = interface.beyond;
-            hit.leave(refracted)
+            (side.other(), refracted)
         }
-        _ => hit.leave(reflect(direction, hit.normal)),
-    };
-    true
+        _ => (side, reflect(flight.ray.direction, hit.normal)),
+    })
 }
 
-/// Reflects from a diffuse surface or mirror. `false` if roulette ends the path.
-fn bounce(flight: &mut Flight, hit: &Hit, lobes: &Lobes, stream: &mut Stream) -> bool {
+/// Reflects from a diffuse surface or mirror: the side and direction in which the photon leaves. `None` if roulette ends the path.
+fn bounce(
+    flight: &mut Flight,
+    hit: &Hit,
+    lobes: &Lobes,
+    stream: &mut Stream,
+) -> Option<(Side, DVec3)> {
     let survival = (lobes.diffuse + lobes.mirror).max_element().min(SUREST);
     let (diffuse, mirror) = (lobes.diffuse.max_element(), lobes.mirror.max_element());
     let chance = survival * diffuse / (diffuse + mirror);
     let choice = stream.uniform();
     // Also false where nothing is reflected and the chance is 0/0.
-    if choice < chance {
+    let direction = if choice < chance {
         flight.flux *= lobes.diffuse / chance;
-        let normal = hit.facing_normal(flight.ray.direction);
-        flight.ray = hit.leave(cosine_hemisphere(normal, stream.uniform2()));
+        cosine_hemisphere(hit.normal_on(lobes.side), stream.uniform2())
     } else if choice < survival {
         flight.flux *= lobes.mirror / (survival - chance);
-        flight.ray = hit.leave(reflect(flight.ray.direction, hit.normal));
+        reflect(flight.ray.direction, hit.normal)
     } else {
-        return false;
-    }
+        return None;
+    };
     flight.chain = 0;
-    true
+    Some((lobes.side, direction))
 }

@@ -24,8 +24,8 @@ pub const EXPERIMENT: Experiment = Experiment {
                  has the same error again. Walls are jumped from about the thickness of the rim and the base (.04 to .2) on.",
     method: "Random rays hit the cup; a ray leaves each hit on a random side of it, uniform in the cosine (0.05 to 1) to the \
              normal. A self-hit is a crossing of the same piece nearer than eight tolerances over the cosine; a leak is a start \
-             on the far side of another sheet. `point` says whether the hit was put on the surface or left where the ray's t \
-             says.",
+             on the far side of another sheet (Wächter and Binder 2019 on both). `point` says whether the hit was put on the \
+             surface or left where the ray's t says.",
     columns: &[
         "solver",
         "point",
@@ -353,7 +353,7 @@ fn cliff_plot(table: &Table) -> Plot {
     Plot::new(
         "The eps cliff: two tolerances suffice",
         Axis::linear("offset / tolerance"),
-        Axis::linear("share of rays that meet the sheet they leave"),
+        Axis::linear("share of rays that meet their sheet"),
         series,
     )
 }

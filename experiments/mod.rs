@@ -10,14 +10,18 @@ pub mod grazing;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
+pub mod solvers;
+pub mod watertight;
 
 use crate::lab::experiment::Experiment;
 
 /// All experiments, in the order of the page.
 pub const ALL: &[Experiment] = &[
+    solvers::EXPERIMENT,
     newton_seeds::EXPERIMENT,
     grazing::EXPERIMENT,
     eps::EXPERIMENT,
+    watertight::EXPERIMENT,
     dose::EXPERIMENT,
     photons::EXPERIMENT,
     analytic::EXPERIMENT,

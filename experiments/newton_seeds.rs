@@ -22,7 +22,8 @@ pub const EXPERIMENT: Experiment = Experiment {
     prediction: "Failures fall like k^-1.9, not exponentially, because basins of attraction differ in size: about 20 % wrong at \
                  1 start, .02 to .3 % at 30. No phantom. Bernstein isolation: no failure at all, and at least ten times \
                  faster than 30 starts.",
-    method: "Random rays from distance 10 into the cup's bounding cylinder; the truth is the exact oracle; a crossing is wrong if \
+    method: "Newton's method in (t, u, θ) as of Toth (1985), Bernstein isolation of the polynomial as of van Wijk (1984). Random rays \
+             from distance 10 into the cup's bounding cylinder; the truth is the exact oracle; a crossing is wrong if \
              its t differs by more than 1e-5. The starts of k are the first of those of more, so failures are nested, and the \
              exponent is the maximum-likelihood one of the survival of failures from one k (10 and above) to the next.",
     columns: &[

@@ -1,7 +1,11 @@
-//! The bounding cylinder: cases B1 to B8, and that no crossing is ever culled.
+//! Bounding volumes: cases B1 to B8 of the cylinder, and that no volume ever culls a crossing.
 
+#[path = "solver/profiles.rs"]
+mod profiles;
 #[path = "solver/rays.rs"]
 mod rays;
+#[path = "solver/volumes.rs"]
+mod volumes;
 
 use glam::DVec3;
 use photolathe::geometry::bounds::Cylinder;

@@ -1,5 +1,8 @@
 //! The Newton solver: its equations, its order, its promises, and the hard cases it may fail but must survive.
 
+#[path = "solver/rivals.rs"]
+mod rivals;
+
 use glam::{DMat3, DVec3};
 use photolathe::experiments::cup::random_ray;
 use photolathe::geometry::profile::{Piece, Profile};
@@ -369,7 +372,7 @@ fn a_level_ray_is_missed_without_a_nan() {
 
 /// Both the axis (r = 0) and a cusp (r′ = h′ = 0) make DF singular: such a start ends, and the next ones find the crossing.
 #[test]
-fn a_singular_start_is_given_up_and_other_starts_find_the_crossing() {
+fn n39_a_singular_start_is_given_up_and_other_starts_find_the_crossing() {
     let pieces = [
         Piece::new([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 3.0]]),
         Piece::new([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]]),
@@ -403,7 +406,7 @@ fn a_singular_start_is_given_up_and_other_starts_find_the_crossing() {
 
 /// r(u) = 10 + 3 (x³ − 2x + 2) with x = 4u − 2: along the axis Newton's u goes 1/2, 3/4, 1/2, ... for ever.
 #[test]
-fn a_cycle_ends_at_the_cap_and_another_start_finds_the_crossing() {
+fn n41_a_cycle_ends_at_the_cap_and_another_start_finds_the_crossing() {
     let piece = Piece {
         radius: [4.0, 44.0, -12.0, 28.0],
         height: [0.0, 1.0, 2.0, 3.0],
@@ -429,7 +432,7 @@ fn a_cycle_ends_at_the_cap_and_another_start_finds_the_crossing() {
 
 /// Thirty equal starts are one start: the same root each time, and the nearer one missed.
 #[test]
-fn equal_starts_give_one_root_and_miss_the_others() {
+fn n42_equal_starts_give_one_root_and_miss_the_others() {
     let tube = Piece::new([[2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [2.0, 3.0]]);
     let system = System {
         piece: &tube,

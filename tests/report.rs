@@ -1,10 +1,15 @@
 //! Joined shards and killed sweeps give the table of an unbroken run; two runs are told apart where they differ.
 
+use photolathe::image::picture::Picture;
 use photolathe::lab::claim::{Claim, Estimate, Subject, Verdict};
+use photolathe::lab::contrast::Contrast;
 use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
 use photolathe::lab::join::{Choice, Side, join};
+use photolathe::lab::page::number;
+use photolathe::lab::plot::{Plot, Series};
+use photolathe::lab::report::{Report, Section};
 use photolathe::lab::runner::{RunOptions, Shard, run_experiment};
-use photolathe::lab::versus::{Agreement, agreement, pairs};
+use photolathe::lab::versus::{Agreement, Versus, agreement, pairs};
 use photolathe::numeric::rng::{Purpose, Stream};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -313,4 +318,97 @@ fn two_runs_are_paired_claim_by_claim() {
         assert_eq!(found[0].agreement, Agreement::NotComparable);
         assert!(found[0].a.is_none() || found[0].b.is_none());
     }
+}
+
+/// An experiment with a pair of pictures and a plot of speed against error.
+fn seen() -> Experiment {
+    Experiment {
+        conclude: |table, effort| {
+            let picture = |value: f32| Picture {
+                width: 2,
+                height: 1,
+                rgb: vec![[value; 3]; 2],
+                ..Picture::default()
+            };
+            let method = |name, points: [(f64, f64); 2]| {
+                Series::measured(name, points).with_labels(["coarse", "fine"])
+            };
+            Conclusion {
+                plots: vec![Plot::speed_error(
+                    "cost",
+                    "CPU time (s)",
+                    "error",
+                    [
+                        method("quick", [(1.0, 0.5), (2.0, 0.25)]),
+                        method("slow", [(3.0, 0.5), (4.0, 0.125)]),
+                    ],
+                )],
+                pictures: vec![Contrast {
+                    caption: "a pair".to_owned(),
+                    a: ("ours".to_owned(), picture(0.5)),
+                    b: ("theirs".to_owned(), picture(0.25)),
+                    commands: Vec::new(),
+                }],
+                ..(TOY.conclude)(table, effort)
+            }
+        },
+        ..TOY
+    }
+}
+
+#[test]
+fn the_page_shows_two_runs_pairs_of_pictures_and_fronts_without_a_network() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |name: &str| root.path().join(name);
+    run(&at("a"), 1, "1/1");
+    run(&at("b"), 2, "1/1");
+    let experiment = seen();
+    let side = |name: &str| join(&[at(name)], &[&experiment], Choice::default()).unwrap();
+    let (mut a, b) = (side("a"), side("b"));
+    let against = Versus::new(&a, &b, &pairs(&a, &b));
+    let finished = a.joined.remove(0).finished;
+    let measured = b.joined[0].finished.conclusion.claims[0].measured;
+    let page = Report {
+        effort: Effort::Smoke,
+        seed: 1,
+        command: "photolathe report a --against b".to_owned(),
+        seconds: 1.0,
+        machines: a.machines.clone(),
+        other_claims: Vec::new(),
+        pictures: Vec::new(),
+        sections: vec![Section {
+            experiment: &experiment,
+            result: Ok(finished),
+            command: "cargo run --release --bin toy".to_owned(),
+        }],
+        against: Some(against),
+    };
+    let html = page.html().unwrap();
+    for word in [
+        "1 claims in two runs: 0 different, 0 not comparable, 1 the same",
+        "60 of 60 rows differ",
+        &number(measured),
+        "a pair",
+        "alt=\"A: ours\"",
+        "alt=\"B: theirs\"",
+        "+0.25",
+        "quick at coarse, fine; slow at fine.",
+        "cargo run --release --bin toy",
+        "<script>",
+    ] {
+        assert!(html.contains(word), "{word}");
+    }
+    for outside in [
+        "http:", "https:", "//cdn", "@import", "url(", "<link", "src=\"/",
+    ] {
+        assert!(
+            !html.contains(outside),
+            "{outside}: the page needs a network"
+        );
+    }
+    assert_eq!(
+        html.matches("src=\"").count(),
+        html.matches("src=\"data:image/png").count()
+    );
+    assert!(html.find("id=\"claims\"").unwrap() < html.find("id=\"toy\"").unwrap());
 }

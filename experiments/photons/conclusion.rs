@@ -229,20 +229,28 @@ fn bias_plot(global: &[&Row], constant: &[&Row]) -> Plot {
     )
 }
 
-/// Of one replicate.
+/// Of one replicate. The bars are 95 % for a nearly normal reading, whose RMSE over R replicates is known to 1/√(2R).
 fn cost_plot(constant: &[&Row], global: &[&Row], local: &[&Row]) -> Plot {
     let at = |row: &Row| (row.cpu_s / row.replicates, row.rmse / row.truth);
-    let labelled = |name, rows: &[&Row], label: fn(&Row) -> f64| {
-        series(name, rows, at).with_labels(rows.iter().map(|row| label(row)))
+    let bar = |row: &&Row| {
+        let half = 1.96 / (2.0 * row.replicates).sqrt();
+        [1.0 - half, 1.0 + half]
+            .map(|factor| factor * row.rmse / row.truth)
+            .into()
+    };
+    let method = |name, rows: &[&Row], label: fn(&Row) -> f64| {
+        series(name, rows, at)
+            .with_intervals(rows.iter().map(bar))
+            .with_labels(rows.iter().map(|row| label(row)))
     };
     Plot::speed_error(
-        "What an answer costs (labels: photons a pass, or passes)",
+        "What an answer costs (labels: photons a pass of the constant radius, passes of the others)",
         "CPU time of a replicate (s)",
         "relative RMSE",
         [
-            labelled("constant radius, 32 passes", constant, |row| row.photons),
-            labelled("global, 512 photons", global, |row| row.passes),
-            labelled("local, 512 photons", local, |row| row.passes),
+            method("constant radius, 32 passes", constant, |row| row.photons),
+            method("global, 512 photons a pass", global, |row| row.passes),
+            method("local, 512 photons a pass", local, |row| row.passes),
         ],
     )
 }

@@ -4,7 +4,7 @@ use super::table::aligned;
 use crate::image::exr;
 use crate::image::file::write_atomically;
 use crate::lab::golden::page::Checked;
-use crate::lab::golden::{self, GoldenVerdict, Outcome};
+use crate::lab::golden::{self, GoldenVerdict, LEVEL, Outcome, REPLICATES};
 use crate::lab::page::ascii_number;
 use crate::lab::progress::Progress;
 use crate::lab::report::duration;
@@ -90,12 +90,15 @@ fn check(name: Option<&str>, dir: &Path, out: &Path) -> anyhow::Result<ExitCode>
         "verdict",
         "golden",
         "component",
+        "n",
         "p",
-        "detectable",
+        "seen: mean",
+        "any block",
         "largest difference",
         "time",
     ];
     write!(std::io::stdout(), "{}", aligned(&header, &rows))?;
+    writeln!(std::io::stdout(), "{}", legend())?;
     for checked in &outcomes {
         explain(checked, out)?;
     }
@@ -106,26 +109,38 @@ fn check(name: Option<&str>, dir: &Path, out: &Path) -> anyhow::Result<ExitCode>
     Ok(exit_code(outcomes.iter().map(|checked| &checked.outcome)))
 }
 
+/// What the numbers of the table mean.
+fn legend() -> String {
+    format!(
+        "n: replicates compared in pairs where bits differ (0: the bits decide); different where p < {}; seen: smallest change, as a \
+         share of the mean, that is called different with 90 % probability",
+        ascii_number(LEVEL)
+    )
+}
+
 fn row(outcome: &Outcome) -> Vec<String> {
-    let (verdict, p, detectable, max) = match &outcome.check {
+    let percent = |share: f64| format!("{} %", ascii_number(100.0 * share));
+    let (verdict, found) = match &outcome.check {
         Ok(check) => (
             check.verdict.word(),
-            ascii_number(check.p),
-            format!("{} %", ascii_number(100.0 * check.detectable)),
-            ascii_number(check.max),
+            [
+                check.replicates.to_string(),
+                ascii_number(check.p),
+                percent(check.detectable),
+                percent(check.detectable_block),
+                ascii_number(check.max),
+            ],
         ),
-        Err(_) => ("broken", "-".to_owned(), "-".to_owned(), "-".to_owned()),
+        Err(_) => ("broken", ["-"; 5].map(str::to_owned)),
     };
-    let seconds = duration(outcome.seconds);
-    vec![
+    let mut row = vec![
         verdict.to_owned(),
         outcome.name.clone(),
         outcome.component.clone(),
-        p,
-        detectable,
-        max,
-        seconds,
-    ]
+    ];
+    row.extend(found);
+    row.push(duration(outcome.seconds));
+    row
 }
 
 /// Says what to do about a golden that is not right, and puts the new picture where it can be looked at.
@@ -176,8 +191,13 @@ fn accept(name: &str, reason: &str, dir: &Path) -> anyhow::Result<ExitCode> {
                 dir.display()
             );
         };
-        let digest = golden::accept(&dir.join(kind), &name, reason)?;
-        writeln!(std::io::stdout(), "{name}  {digest}")?;
+        let accepted = golden::accept(&dir.join(kind), &name, reason)?;
+        let replicates = match accepted.replicates {
+            Some(_) => format!("{REPLICATES} replicates"),
+            None => "nothing in it is random".to_owned(),
+        };
+        let digest = accepted.digest.unwrap_or_default();
+        writeln!(std::io::stdout(), "{name}  {digest}  {replicates}")?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,9 +1,12 @@
-//! Bounding volumes: axis-aligned box and the cylinder around a profile.
+//! Bounding volumes: axis-aligned box, the cylinder around a profile, and its rivals.
 
-use super::profile::Profile;
+mod volume;
+
+use super::profile::{Piece, Profile};
 use super::ray::Ray;
 use crate::numeric::polynomial::{cubic, cubic_extrema};
 use glam::DVec3;
+pub use volume::{Bounding, Volume};
 
 /// Axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,15 +53,25 @@ impl Cylinder {
             top: f64::NEG_INFINITY,
         };
         profile.pieces().iter().fold(empty, |bound, piece| {
-            let (inner, outer) = cubic_range(&piece.radius);
-            let (bottom, top) = cubic_range(&piece.height);
+            let piece = Self::of_piece(piece);
             Self {
-                // Where r < 0 the surface is that of |r|.
-                radius: bound.radius.max(inner.abs()).max(outer.abs()),
-                bottom: bound.bottom.min(bottom),
-                top: bound.top.max(top),
+                radius: bound.radius.max(piece.radius),
+                bottom: bound.bottom.min(piece.bottom),
+                top: bound.top.max(piece.top),
             }
         })
+    }
+
+    /// The tight cylinder of one piece.
+    pub fn of_piece(piece: &Piece) -> Self {
+        let (inner, outer) = cubic_range(&piece.radius);
+        let (bottom, top) = cubic_range(&piece.height);
+        Self {
+            // Where r < 0 the surface is that of |r|.
+            radius: inner.abs().max(outer.abs()),
+            bottom,
+            top,
+        }
     }
 
     /// An interval of t that holds every point the ray's line shares with the cylinder, or `None` if there is certainly none.

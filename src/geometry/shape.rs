@@ -1,6 +1,6 @@
 //! The closed set of shapes.
 
-use super::bounds::Aabb;
+use super::bounds::{Aabb, Bounding};
 use super::hit::{Crossing, Hit, OFFSET_IN_ERRORS, Side};
 use super::planar::{Disc, Plane, Quad};
 use super::ray::Ray;
@@ -90,6 +90,15 @@ impl Shape {
             Self::Revolution(shape) => shape.membership(point) == Membership::Inside,
             Self::Sphere(shape) => (point - shape.center).length() < shape.radius,
             Self::Quad(_) | Self::Plane(_) | Self::Disc(_) => false,
+        }
+    }
+
+    /// The same shape behind another bounding volume, which matters to revolution surfaces only.
+    #[must_use]
+    pub fn bounded_by(self, kind: Bounding) -> Self {
+        match self {
+            Self::Revolution(shape) => Self::Revolution(shape.bounded_by(kind)),
+            other => other,
         }
     }
 

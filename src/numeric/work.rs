@@ -30,7 +30,11 @@ work! {
     photons_stored,
     /// Rays tested against one shape (the test of a bounding volume included).
     surface_tests,
-    /// Rays that passed a revolution surface's bounding cylinder.
+    /// Primitive bounding volumes of revolution surfaces tested.
+    bounds_tests,
+    /// Rays that a revolution surface's bounding volume kept from its solver.
+    bounds_culled,
+    /// Rays that passed a revolution surface's bounding volume.
     solver_calls,
     /// Newton or bracketing steps inside the solver of revolution surfaces.
     solver_iterations,

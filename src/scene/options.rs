@@ -51,6 +51,8 @@ pub enum SolverName {
     Bernstein,
     /// Newton in three variables from many starts.
     Newton,
+    /// Bezier clipping in f64, without exact arithmetic where it cannot decide.
+    Clipping,
     /// Exact arithmetic (slow).
     Exact,
 }

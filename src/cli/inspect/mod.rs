@@ -155,6 +155,7 @@ fn parameters(text: &mut String, scene: &Scene) -> anyhow::Result<()> {
     match &scene.solver {
         Solver::Bernstein => writeln!(text, "  solver = \"bernstein\"")?,
         Solver::Exact => writeln!(text, "  solver = \"exact\"")?,
+        Solver::Clipping(clipping) => writeln!(text, "  solver = \"clipping\", {clipping:?}")?,
         Solver::Newton(newton) => writeln!(text, "  solver = \"newton\", {newton:?}")?,
     }
     Ok(())

@@ -1,9 +1,9 @@
 //! Where the next ray starts: on the right side of the surface, with proof.
 
 use super::clearance::{Arc, Clearance};
+use super::edge::{AT_A_JOINT, neighbour};
 use super::{Revolution, Solver};
 use crate::geometry::hit::{Crossing, Hit, OFFSET_IN_ERRORS, Side};
-use crate::geometry::profile::Profile;
 use crate::geometry::ray::Ray;
 use crate::numeric::work::Work;
 use glam::DVec3;
@@ -21,9 +21,6 @@ const LEAST_COSINE: f64 = 0.1;
 
 /// Crossings of a probe nearer to each other than this share of the profile's size may come in the wrong order from f64.
 const ORDER_IN_SIZES: f64 = 64.0 * f64::EPSILON;
-
-/// A parameter this near to a joint may belong to either piece.
-const AT_A_JOINT: f64 = 1e-12;
 
 /// Pieces that a walk along the profile passes before two points count as far apart.
 const MOST_PIECES: usize = 4;
@@ -100,7 +97,7 @@ impl Revolution {
     /// Whether the probe certainly arrives on a side of the sheet that it meets; at a joint, of both.
     fn arrives_on(&self, side: Side, probe: &Ray, crossing: Crossing) -> bool {
         let on_side = |crossing| {
-            let normal = self.hit(probe, crossing).normal_on(side);
+            let normal = side.sign() * self.normal_at(probe, crossing);
             normal.dot(probe.direction) < -LEAST_COSINE
         };
         let near_end = crossing.u.min(1.0 - crossing.u) < AT_A_JOINT;
@@ -150,20 +147,7 @@ impl Revolution {
         };
         let at_hit = Ray::new(hit.point, normal);
         let crossing = Crossing { t: 0.0, piece, u };
-        let other = self.hit(&at_hit, crossing).normal_on(side);
+        let other = side.sign() * self.normal_at(&at_hit, crossing);
         (normal + other).normalize_or(normal)
-    }
-}
-
-/// The piece beyond the end that is nearer to `u`, and its parameter there.
-fn neighbour(profile: &Profile, piece: u32, u: f64) -> Option<(u32, f64)> {
-    let pieces = profile.pieces();
-    let last = pieces.len() as u32 - 1;
-    let closed = pieces[0].point(0) == pieces[last as usize].point(3);
-    match (u < 0.5, piece) {
-        (true, 0) => closed.then_some((last, 1.0)),
-        (true, _) => Some((piece - 1, 1.0)),
-        (false, _) if piece == last => closed.then_some((0, 0.0)),
-        (false, _) => Some((piece + 1, 0.0)),
     }
 }

@@ -15,6 +15,7 @@ use crate::numeric::polynomial::{cubic, cubic_extrema};
 use crate::numeric::rng::{Purpose, Stream, mix};
 use crate::numeric::work::Work;
 use glam::{DMat3, DVec3};
+use std::f64::consts::TAU;
 
 /// Parameters of the Newton solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +43,9 @@ pub enum StartPolicy {
     SolveHeight,
     /// Heights and u stratified over the starts.
     Stratified,
+    /// As the original is coded, a negative control: a random height *above* the piece, (1 + x)(max − min) + min, by a slip for
+    /// min + x (max − min); θ at random instead of the ray's; u at random but for the first two starts, 0 and 1.
+    Original,
 }
 
 impl Default for NewtonSettings {
@@ -52,6 +56,21 @@ impl Default for NewtonSettings {
             iterations: 20,
             damping: 1.0,
             tolerance: 1e-10,
+            seed: 0,
+        }
+    }
+}
+
+impl NewtonSettings {
+    /// The original program as coded: 35 starts of [`StartPolicy::Original`], 20 steps, damping 0.7, tolerance 10⁻⁷ (there
+    /// absolute, here in sizes of the problem).
+    pub fn original() -> Self {
+        Self {
+            starts: 35,
+            policy: StartPolicy::Original,
+            iterations: 20,
+            damping: 0.7,
+            tolerance: 1e-7,
             seed: 0,
         }
     }
@@ -221,7 +240,7 @@ impl<'a> Search<'a> {
             if !arc.is_finite() {
                 continue;
             }
-            let theta = start_azimuth(self.origin + arc * self.direction);
+            let theta = starts.azimuth(self.origin + arc * self.direction);
             let start = DVec3::new(arc, u, theta);
             let root = system.solve(start, self.settings, accuracy, iterations);
             found.extend(root.and_then(|x| self.accept(x, index)));
@@ -268,6 +287,8 @@ pub(crate) struct Starts<'a> {
     /// Parameters between which the height is monotone.
     stations: Vec<f64>,
     even: [f64; 2],
+    /// Starts given so far.
+    given: u32,
 }
 
 impl<'a> Starts<'a> {
@@ -275,7 +296,7 @@ impl<'a> Starts<'a> {
     pub(crate) fn new(piece: &'a Piece, policy: StartPolicy, mut stream: Stream) -> Self {
         let even = match policy {
             StartPolicy::Stratified => stream.uniform2(),
-            StartPolicy::RandomU | StartPolicy::SolveHeight => [0.0; 2],
+            StartPolicy::RandomU | StartPolicy::SolveHeight | StartPolicy::Original => [0.0; 2],
         };
         let mut stations = vec![0.0];
         if policy == StartPolicy::SolveHeight {
@@ -289,13 +310,34 @@ impl<'a> Starts<'a> {
             range: cubic_range(&piece.height),
             stations,
             even,
+            given: 0,
+        }
+    }
+
+    /// The azimuth of the start last given, for the ray's point at its height.
+    fn azimuth(&mut self, point: DVec3) -> f64 {
+        match self.policy {
+            StartPolicy::Original => self.stream.range(0.0, TAU),
+            _ => start_azimuth(point),
         }
     }
 
     /// The next start.
     pub(crate) fn next(&mut self) -> [f64; 2] {
         let (low, high) = self.range;
+        self.given += 1;
         match self.policy {
+            StartPolicy::Original => {
+                let height = self.stream.range(high, high + (high - low));
+                let u = self.stream.uniform();
+                [
+                    height,
+                    [0.0, 1.0]
+                        .get(self.given as usize - 1)
+                        .copied()
+                        .unwrap_or(u),
+                ]
+            }
             StartPolicy::RandomU => [self.stream.range(low, high), self.stream.uniform()],
             StartPolicy::SolveHeight => {
                 let height = self.stream.range(low, high);

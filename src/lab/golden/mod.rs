@@ -1,23 +1,23 @@
 //! Goldens: pictures that must not change unnoticed.
 //!
-//! A golden is NAME.toml (scene, overrides, component, digest, reason) with NAME.exr beside it. A check renders the scene anew
-//! and says *identical* (the same digest of the pixels), *equivalent* (bits differ, statistics show no difference) or
-//! *different*. `golden/regression/` holds what this program draws; `golden/reference/` holds independent truth (a closed form,
+//! A golden is NAME.toml (scene, overrides, component, digests, reason) with NAME.exr beside it and, where its picture depends on
+//! the seed, NAME.replicates.exr: block means under other seeds. A check renders the scene anew and says *identical* (the same
+//! digest of the pixels), *equivalent* (bits differ, and replicates show no difference) or *different*. `golden/regression/` holds what this program draws; `golden/reference/` holds independent truth (a closed form,
 //! another renderer) and is never accepted from our own output.
 
 mod judge;
 pub mod page;
+mod replicates;
 
-pub use judge::{Check, GoldenVerdict, LEVEL, judge};
+pub use judge::{Check, GoldenVerdict, LEVEL};
+pub use replicates::REPLICATES;
 
 use crate::image::exr;
 use crate::image::file::write_atomically;
 use crate::image::picture::Picture;
-use crate::render::driver::render_unwatched;
-use crate::render::settings::Settings;
-use crate::scene::file::{Override, load};
-use crate::scene::options::Integrator;
-use anyhow::{Context as _, bail, ensure};
+use anyhow::{Context as _, ensure};
+use judge::by_bits;
+use replicates::Subject;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -42,6 +42,9 @@ pub struct Golden {
     /// Digest of its pixels; absent until it is accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub digest: Option<String>,
+    /// Digest of the table of its replicates; absent if its picture does not depend on the seed, and for independent truth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub replicates: Option<String>,
     /// Why it was accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -111,27 +114,55 @@ pub fn check(directory: &Path, name: &str) -> Outcome {
 fn fill(directory: &Path, name: &str, outcome: &mut Outcome) -> anyhow::Result<Check> {
     let golden = outcome.golden.insert(read(directory, name)?).clone();
     outcome.component.clone_from(&golden.component);
-    let path = directory.join(format!("{name}.exr"));
     let digest = golden
         .digest
         .as_deref()
         .with_context(|| format!("{name} was never accepted"))?;
-    let stored = exr::read(&path)?;
+    let stored = outcome
+        .stored
+        .insert(accepted(&directory.join(format!("{name}.exr")), digest)?);
+    let subject = Subject::load(directory, &golden)?;
+    let picture = outcome.picture.insert(subject.draw()?);
+    let check = by_bits(picture, stored)?;
+    if check.verdict == GoldenVerdict::Identical {
+        return Ok(check);
+    }
+    if is_independent(directory) {
+        let fresh = subject.replicates()?.table;
+        return Ok(check.by_truth(&fresh, stored, golden.margin));
+    }
+    let Some(digest) = &golden.replicates else {
+        return Ok(check);
+    };
+    let path = replicates_of(directory, name);
+    let stored = accepted(&path, digest)?;
+    let fresh = subject.replicates()?.table;
     ensure!(
-        stored.digest() == digest,
-        "{} is not the picture that was accepted: its digest is {}",
+        (stored.width, stored.height) == (fresh.width, fresh.height),
+        "{} has {} replicates of {} blocks instead of {} of {}",
         path.display(),
-        stored.digest()
+        stored.height,
+        stored.width.saturating_sub(1),
+        fresh.height,
+        fresh.width - 1
     );
-    let stored = outcome.stored.insert(stored);
-    let (picture, integrator) = draw(directory, &golden)?;
-    let picture = outcome.picture.insert(picture);
-    Ok(judge(
-        picture,
-        stored,
-        integrator == Integrator::Whitted,
-        golden.margin,
-    )?)
+    Ok(check.by_replicates(&fresh, &stored))
+}
+
+fn replicates_of(directory: &Path, name: &str) -> PathBuf {
+    directory.join(format!("{name}.replicates.exr"))
+}
+
+/// Reads a picture that must have this digest.
+fn accepted(path: &Path, digest: &str) -> anyhow::Result<Picture> {
+    let stored = exr::read(path)?;
+    let found = stored.digest();
+    ensure!(
+        found == digest,
+        "{} is not the picture that was accepted: its digest is {found}",
+        path.display()
+    );
+    Ok(stored)
 }
 
 /// Whether a directory holds independent truth, which is never accepted from our own output.
@@ -141,8 +172,9 @@ pub fn is_independent(directory: &Path) -> bool {
         .is_some_and(|folder| folder == REFERENCE)
 }
 
-/// Renders a golden and stores it with the reason. Refused in a directory of independent truth.
-pub fn accept(directory: &Path, name: &str, reason: &str) -> anyhow::Result<String> {
+/// Renders a golden and stores it, and its replicates if its picture depends on the seed, with the reason. Refused in a directory of
+/// independent truth.
+pub fn accept(directory: &Path, name: &str, reason: &str) -> anyhow::Result<Golden> {
     ensure!(
         !is_independent(directory),
         "{name} is in {}: independent truth is never accepted from our own output",
@@ -153,11 +185,25 @@ pub fn accept(directory: &Path, name: &str, reason: &str) -> anyhow::Result<Stri
         "a golden is accepted for a reason; say it with --reason"
     );
     let mut golden = read(directory, name)?;
-    let (picture, _) = draw(directory, &golden)?;
-    let digest = picture.digest();
+    let subject = Subject::load(directory, &golden)?;
+    let picture = subject.draw()?;
+    let replicates = Some(subject.replicates()?).filter(|replicates| replicates.random);
     exr::write(&picture, &directory.join(format!("{name}.exr")))?;
-    golden.digest = Some(digest.clone());
+    let path = replicates_of(directory, name);
+    match &replicates {
+        Some(replicates) => exr::write(&replicates.table, &path)?,
+        None if path.exists() => std::fs::remove_file(&path)?,
+        None => {}
+    }
+    golden.digest = Some(picture.digest());
+    golden.replicates = replicates.map(|replicates| replicates.table.digest());
     golden.reason = Some(reason.trim().to_owned());
+    write(directory, name, &golden)?;
+    Ok(golden)
+}
+
+/// Writes a .toml anew; the comment at its top stays.
+fn write(directory: &Path, name: &str, golden: &Golden) -> anyhow::Result<()> {
     let path = directory.join(format!("{name}.toml"));
     let old = std::fs::read_to_string(&path)?;
     let comment: String = old
@@ -165,38 +211,15 @@ pub fn accept(directory: &Path, name: &str, reason: &str) -> anyhow::Result<Stri
         .take_while(|line| line.starts_with('#'))
         .flat_map(|line| [line, "\n"])
         .collect();
-    write_atomically(
-        &path,
-        (comment + &toml::to_string_pretty(&golden)?).as_bytes(),
-    )?;
-    Ok(digest)
+    let text = comment + &toml::to_string_pretty(golden)?;
+    write_atomically(&path, text.as_bytes())?;
+    Ok(())
 }
 
 fn read(directory: &Path, name: &str) -> anyhow::Result<Golden> {
     let path = directory.join(format!("{name}.toml"));
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     toml::from_str(&text).with_context(|| path.display().to_string())
-}
-
-fn draw(directory: &Path, golden: &Golden) -> anyhow::Result<(Picture, Integrator)> {
-    let pair = |text: &String| -> anyhow::Result<Override> {
-        let (key, value) = text
-            .split_once('=')
-            .with_context(|| format!("{text:?} is not key=value"))?;
-        Ok((key.trim().to_owned(), value.trim().to_owned()))
-    };
-    let overrides: Vec<Override> = golden.set.iter().map(pair).collect::<Result<_, _>>()?;
-    let scene = load(&directory.join(&golden.scene), &overrides)?;
-    let settings = Settings::resolve(&scene.render);
-    let outcome = render_unwatched(&scene, &settings)?;
-    let bad = outcome.film.bad_samples();
-    if bad > 0 {
-        bail!("{bad} samples were NaN or infinite");
-    }
-    Ok((
-        Picture::of_film(&outcome.film).described(&scene, &settings, outcome.passes),
-        settings.integrator,
-    ))
 }
 
 #[cfg(test)]
@@ -242,31 +265,73 @@ mod tests {
         );
         assert_eq!(check_ball().unwrap().verdict, GoldenVerdict::Identical);
 
-        std::fs::write(
-            root.path().join("scene.toml"),
-            SCENE.replace("spp = 4", "spp = 4\nseed = 5"),
-        )
-        .unwrap();
-        assert_eq!(check_ball().unwrap().verdict, GoldenVerdict::Equivalent);
-        std::fs::write(
-            root.path().join("scene.toml"),
-            SCENE.replace("0.5, 0.5, 0.5", "0.4, 0.4, 0.4"),
-        )
-        .unwrap();
-        assert_eq!(check_ball().unwrap().verdict, GoldenVerdict::Different);
+        let set = |from: &str, to: &str| {
+            let scene = SCENE.replace(from, to);
+            assert_ne!(scene, SCENE);
+            std::fs::write(root.path().join("scene.toml"), scene).unwrap();
+            check_ball().unwrap()
+        };
+        let other_seed = set("spp = 4", "spp = 4\nseed = 5");
+        assert_eq!(other_seed.verdict, GoldenVerdict::Equivalent);
+        assert_eq!(other_seed.replicates, REPLICATES);
+        // Far below what other random numbers would show: the pairs share theirs.
+        let brighter = set("0.5, 0.5, 0.5", "0.5005, 0.5005, 0.5005");
+        assert_eq!(brighter.verdict, GoldenVerdict::Different);
+        assert!(brighter.detectable < 0.001 && other_seed.detectable > 0.001);
         std::fs::write(root.path().join("scene.toml"), "nonsense").unwrap();
         assert!(check_ball().is_err());
+    }
 
-        let stored = path.join("ball.exr");
-        let mut picture = exr::read(&stored).unwrap();
-        picture.rgb[0][0] += 1.0;
-        exr::write(&picture, &stored).unwrap();
+    #[test]
+    fn a_stored_picture_or_table_that_was_not_accepted_is_refused() {
+        let (root, path) = directory("regression");
+        accept(&path, "ball", "first picture").unwrap();
+        let other_seed = SCENE.replace("spp = 4", "spp = 4\nseed = 5");
+        std::fs::write(root.path().join("scene.toml"), other_seed).unwrap();
+        let refused = || check_all(&path).remove(0).check.unwrap_err().to_string();
+        let spoil = |name: &str, spoil: &dyn Fn(&mut Picture)| {
+            let mut picture = exr::read(&path.join(name)).unwrap();
+            spoil(&mut picture);
+            exr::write(&picture, &path.join(name)).unwrap();
+            picture.digest()
+        };
+        let digest = spoil("ball.replicates.exr", &|table| {
+            table.height -= 1;
+            table.rgb.truncate(table.width * table.height);
+        });
+        assert!(refused().contains("not the picture that was accepted"));
+        let mut golden = read(&path, "ball").unwrap();
+        golden.replicates = Some(digest);
+        write(&path, "ball", &golden).unwrap();
+        assert!(refused().contains("has 31 replicates of 4 blocks instead of 32 of 4"));
+        std::fs::remove_file(path.join("ball.replicates.exr")).unwrap();
+        assert!(refused().contains("ball.replicates.exr"));
+        spoil("ball.exr", &|picture| picture.rgb[0][0] += 1.0);
+        assert!(refused().contains("not the picture that was accepted"));
+    }
+
+    /// A point light leaves nothing to chance; a wider lamp does.
+    #[test]
+    fn where_nothing_is_random_no_replicates_are_kept_and_every_bit_counts() {
+        let (root, path) = directory("regression");
+        let table = path.join("ball.replicates.exr");
         assert!(
-            check_ball()
-                .unwrap_err()
-                .to_string()
-                .contains("not the picture that was accepted")
+            accept(&path, "ball", "random")
+                .unwrap()
+                .replicates
+                .is_some()
         );
+        assert!(table.exists());
+        let whitted = SCENE.replace("\"path\"", "\"whitted\"");
+        std::fs::write(root.path().join("scene.toml"), &whitted).unwrap();
+        let golden = accept(&path, "ball", "whitted").unwrap();
+        assert_eq!(golden.replicates, None);
+        assert!(!table.exists());
+        let moved = whitted.replace("[2, 3, 5]", "[2, 3, 5.000001]");
+        std::fs::write(root.path().join("scene.toml"), moved).unwrap();
+        let check = check_all(&path).remove(0).check.unwrap();
+        assert_eq!(check.verdict, GoldenVerdict::Different);
+        assert_eq!(check.replicates, 0);
     }
 
     #[test]

@@ -145,7 +145,7 @@ fn statistics(outcome: &Outcome) -> Vec<(&'static str, String, bool)> {
     if check.verdict == GoldenVerdict::Identical {
         return rows;
     }
-    if check.p == 0.0 && check.detectable == 0.0 {
+    if check.replicates == 0 {
         rows.push((
             "bits differ, and nothing in the picture is random",
             String::new(),
@@ -153,6 +153,7 @@ fn statistics(outcome: &Outcome) -> Vec<(&'static str, String, bool)> {
         ));
         return rows;
     }
+    rows.push(("replicates", check.replicates.to_string(), false));
     // Two families share the level: each is held to half of it.
     let failing = |p: f64| p < 0.5 * LEVEL;
     rows.push((
@@ -166,10 +167,15 @@ fn statistics(outcome: &Outcome) -> Vec<(&'static str, String, bool)> {
         failing(check.p_blocks),
     ));
     rows.push(("p of both together", number(check.p), check.p < LEVEL));
-    let detectable = format!("{} %", number(100.0 * check.detectable));
+    let percent = |share: f64| format!("{} %", number(100.0 * share));
     rows.push((
         "change of the mean that would have been seen",
-        detectable,
+        percent(check.detectable),
+        false,
+    ));
+    rows.push((
+        "change of any block that would have been seen, as a share of the mean",
+        percent(check.detectable_block),
         false,
     ));
     rows
@@ -190,10 +196,12 @@ mod tests {
         };
         let check = Check {
             verdict,
+            replicates: 32,
             p: 1e-9,
             p_mean: 5e-10,
             p_blocks: 0.3,
             detectable: 0.01,
+            detectable_block: 0.1,
             max: 0.25,
         };
         Checked {

@@ -51,10 +51,11 @@ const LEAST_EXPONENT: f64 = -15.0;
 /// less than four within the depth of a graze (the pair of crossings is 4 depths over the cosine apart).
 const JUMP: f64 = 8.0;
 
-/// The least displacement on the ladder that changes the answer, found by bisection; infinite if the greatest changes nothing.
+/// The least displacement on the ladder that changes the answer; infinite if none does.
 ///
 /// Displacements are to eight sides, of the whole ray or of its far end alone, and along the ray. An answer changes where hit turns
-/// to miss, miss to hit, or the nearest crossing jumps to another sheet.
+/// to miss, miss to hit, or the nearest crossing jumps to another sheet. The ladder is climbed by decades from below, since a jump
+/// can be told from a smooth move only while the displacement is small against it.
 pub(super) fn margin(
     scene: &Scene,
     extent: &Extent,
@@ -64,20 +65,16 @@ pub(super) fn margin(
 ) -> f64 {
     let step = |k: i32| scale * libm::exp10(LEAST_EXPONENT + 0.5 * f64::from(k));
     let pivot = extent.reach(ray, nearest).max(extent.radius);
-    let changes = |k: i32| changes(scene, ray, nearest, step(k), [scale, pivot]);
-    if !changes(STEPS) {
+    let changes = |k: &i32| changes(scene, ray, nearest, step(*k), [scale, pivot]);
+    let Some(decade) = (0..=STEPS).step_by(2).find(changes) else {
         return f64::INFINITY;
-    }
-    let (mut low, mut high) = (-1, STEPS);
-    while high - low > 1 {
-        let middle = (low + high).div_euclid(2);
-        if changes(middle) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    step(high)
+    };
+    let half = decade - 1;
+    step(if half > 0 && changes(&half) {
+        half
+    } else {
+        decade
+    })
 }
 
 fn changes(

@@ -7,7 +7,7 @@ use plotters::prelude::*;
 pub(super) const FRONT: &str = "Pareto front";
 
 const RING: i32 = 8;
-const LABEL: i32 = 12;
+const LABEL: i32 = 14;
 /// Width of a letter of a label, at most.
 const LETTER: i32 = 8;
 

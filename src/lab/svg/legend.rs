@@ -5,7 +5,7 @@ use super::{Area, Drawn, Look, Place, Plot, Style, TEXT, WIDTH, front, line, mar
 
 const LINE: i32 = 20;
 /// Characters of a name that fit half the width.
-const SHORT_NAME: usize = 26;
+const SHORT_NAME: usize = 22;
 
 /// What the legend says, in order: the series, and the front if the plot marks it.
 pub(super) struct Legend<'a> {

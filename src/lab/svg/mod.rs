@@ -11,9 +11,9 @@ use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
-const WIDTH: u32 = 520;
-const HEIGHT: u32 = 360;
-const TEXT: i32 = 15;
+const WIDTH: u32 = 440;
+const HEIGHT: u32 = 340;
+const TEXT: i32 = 17;
 const INK: RGBColor = RGBColor(0, 0, 0);
 
 /// Okabe and Ito's colours (2008), those that stand out on white and on black.
@@ -139,8 +139,8 @@ fn draw_chart(area: &Area, plot: &Plot, looks: &[Look]) -> Drawn {
     let mut chart = ChartBuilder::on(area)
         .margin(8)
         .margin_right(18)
-        .x_label_area_size(44)
-        .y_label_area_size(72)
+        .x_label_area_size(48)
+        .y_label_area_size(76)
         .build_cartesian_2d(x, y)
         .map_err(text)?;
     chart
@@ -278,8 +278,8 @@ mod tests {
         }
         assert_eq!(
             svg.matches("r=\"8\"").count(),
-            2,
-            "rings of the front: {svg}"
+            3,
+            "one in the legend: {svg}"
         );
     }
 }

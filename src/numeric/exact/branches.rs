@@ -15,6 +15,9 @@ use std::rc::Rc;
 /// Bisection gives up at this depth: only roots within 2⁻⁹⁶ of a root of s, or of w′, are not parted by then.
 const DEPTH: u64 = 96;
 
+/// Above this depth parts are told apart by simpler tests than the coefficients of a s − w².
+const VARIATIONS_FROM: u64 = 6;
+
 /// The cubic w, the s of degree 6 and the whole number a > 0 of w² = a s.
 #[derive(Debug)]
 pub struct Branches {
@@ -80,12 +83,14 @@ impl Branches {
         }
         let mut stack = vec![whole];
         while let Some(part) = stack.pop() {
-            let difference = self.difference_of(&part);
-            if variations(&difference) == 0 {
+            if self.is_clear(&part) {
                 continue;
             }
             if self.is_monotone(&part) {
-                self.add_branches(&mut roots, &part, &difference);
+                self.add_branches(&mut roots, &part);
+                continue;
+            }
+            if part.bits >= VARIATIONS_FROM && variations(&self.difference_of(&part)) == 0 {
                 continue;
             }
             if part.bits >= DEPTH {
@@ -102,8 +107,10 @@ impl Branches {
                 numerator: middle.clone(),
                 bits,
             };
-            let zeros = leading_zeros(self.difference_of(&right).iter());
-            self.add_exact(&mut roots, middle, bits, zeros);
+            if self.sign_at_end(&right, 0) == 0 {
+                let zeros = leading_zeros(self.difference_of(&right).iter());
+                self.add_exact(&mut roots, middle, bits, zeros);
+            }
             stack.push(right);
             stack.push(Part {
                 middle: w_left,
@@ -113,6 +120,33 @@ impl Branches {
             });
         }
         Some(roots)
+    }
+
+    /// Whether w² > a s on the whole part, by the least and greatest coefficients.
+    fn is_clear(&self, part: &Part) -> bool {
+        let Some(most) = part.square.iter().max() else {
+            return false;
+        };
+        if most.is_negative() {
+            return true;
+        }
+        let first = sign(&part.middle[0]);
+        if first == 0 || part.middle.iter().any(|w| sign(w) != first) {
+            return false;
+        }
+        let least = part
+            .middle
+            .iter()
+            .map(|w| w.abs())
+            .min()
+            .unwrap_or_default();
+        &least * &least * 20_u32 > most * &self.factor * 3_u32
+    }
+
+    /// The sign of a s − w² at an end, 0 or 1, of a part.
+    fn sign_at_end(&self, part: &Part, end: usize) -> i32 {
+        let w = &part.middle[3 * end];
+        sign(&(&part.square[6 * end] * &self.factor * 3_u32 - w * w * 20_u32))
     }
 
     /// Bernstein coefficients of a s − w², times 540: w comes times 3 and s times 60.
@@ -151,12 +185,11 @@ impl Branches {
         least * &slope * &slope * 20_u32 > &spread * &spread * &self.factor * 3_u32
     }
 
-    fn add_branches(self: &Rc<Self>, roots: &mut Vec<Root>, part: &Part, difference: &[BigInt]) {
+    fn add_branches(self: &Rc<Self>, roots: &mut Vec<Root>, part: &Part) {
+        let signs = [0, 1].map(|end| (sign(&part.middle[3 * end]), self.sign_at_end(part, end)));
         for branch in [-1, 1] {
-            let [left, right] = [0, 1].map(|end: usize| {
-                let middle = sign(&part.middle[3 * end]);
-                sign_of_branch(branch, middle, sign(&difference[6 * end]))
-            });
+            let [left, right] =
+                signs.map(|(middle, difference)| sign_of_branch(branch, middle, difference));
             if left * right < 0 {
                 roots.push(Root {
                     equation: Equation::Branch(Rc::clone(self), branch),

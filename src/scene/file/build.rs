@@ -52,7 +52,11 @@ pub(super) fn scene(
     let solver = parameters::solver(&root, render.solver)?;
     let mut textures = Textures::new(directory);
     let materials = material::materials(&root, &mut textures)?;
-    let objects = objects::objects(&root, &materials)?;
+    let bounding = parameters::bounding(&root)?;
+    let mut objects = objects::objects(&root, &materials)?;
+    for object in &mut objects {
+        object.shape = object.shape.clone().bounded_by(bounding);
+    }
     let lights = lights(&root, &materials, &objects)?;
     Ok(Scene {
         title,

@@ -3,7 +3,9 @@
 use super::build::optional;
 use super::error::SceneError;
 use super::table::{Field, Range, Table};
+use crate::geometry::bounds::Bounding;
 use crate::geometry::revolution::Solver;
+use crate::geometry::revolution::clipping::ClippingSettings;
 use crate::geometry::revolution::newton::{NewtonSettings, StartPolicy};
 use crate::scene::options::{RenderTable, SolverName};
 use clap::ValueEnum;
@@ -60,17 +62,21 @@ pub(super) fn render(root: &Table) -> Result<RenderTable, SceneError> {
     })
 }
 
-/// The solver in force. The `[solver]` table holds the parameters of `newton` and is checked whichever solver is named.
+/// The solver in force. The `[solver]` table holds the parameters of `newton` and `clipping` and the bounding volume; it is checked
+/// whichever solver is named.
 pub(super) fn solver(root: &Table, name: Option<SolverName>) -> Result<Solver, SceneError> {
-    let newton = newton(root)?;
+    let table = solver_table(root)?;
+    let newton = newton(table.as_ref())?;
+    let clipping = clipping(table.as_ref())?;
     Ok(match name.unwrap_or(SolverName::Bernstein) {
         SolverName::Bernstein => Solver::Bernstein,
         SolverName::Newton => Solver::Newton(newton),
+        SolverName::Clipping => Solver::Clipping(clipping),
         SolverName::Exact => Solver::Exact,
     })
 }
 
-fn newton(root: &Table) -> Result<NewtonSettings, SceneError> {
+fn solver_table<'a>(root: &Table<'a>) -> Result<Option<Table<'a>>, SceneError> {
     let known = [
         "starts",
         "iterations",
@@ -78,35 +84,70 @@ fn newton(root: &Table) -> Result<NewtonSettings, SceneError> {
         "tolerance",
         "policy",
         "seed",
+        "bounds",
     ];
-    let default = NewtonSettings::default();
-    let Some(field) = root.get("solver") else {
-        return Ok(default);
+    let field = root.get("solver");
+    field
+        .map(|field| field.table("[solver]", &known))
+        .transpose()
+}
+
+/// The bounding volume of every surface of revolution, `bounds` in `[solver]`.
+pub(super) fn bounding(root: &Table) -> Result<Bounding, SceneError> {
+    let table = solver_table(root)?;
+    let field = table.as_ref().and_then(|table| table.get("bounds"));
+    field.map_or(Ok(Bounding::default()), |field| {
+        Ok(Bounding::ALL[field.word(&Bounding::NAMES)?])
+    })
+}
+
+fn newton(table: Option<&Table>) -> Result<NewtonSettings, SceneError> {
+    let Some(table) = table else {
+        return Ok(NewtonSettings::default());
     };
-    let table = field.table("[solver]", &known)?;
     let count = |field: &Field| Ok(field.integer(1, MOST_STEPS)? as u32);
+    let policy = optional(table, "policy", NewtonSettings::default().policy, policy)?;
+    let default = match policy {
+        StartPolicy::Original => NewtonSettings::original(),
+        _ => NewtonSettings::default(),
+    };
     Ok(NewtonSettings {
-        starts: optional(&table, "starts", default.starts, count)?,
-        iterations: optional(&table, "iterations", default.iterations, count)?,
-        damping: optional(&table, "damping", default.damping, |field| {
+        policy,
+        starts: optional(table, "starts", default.starts, count)?,
+        iterations: optional(table, "iterations", default.iterations, count)?,
+        damping: optional(table, "damping", default.damping, |field| {
             field.number(Range::PositiveShare)
         })?,
-        tolerance: optional(&table, "tolerance", default.tolerance, |field| {
-            field.number(Range::Positive)
-        })?,
-        policy: optional(&table, "policy", default.policy, policy)?,
-        seed: optional(&table, "seed", default.seed, |field| {
+        tolerance: tolerance(table, default.tolerance)?,
+        seed: optional(table, "seed", default.seed, |field| {
             field.integer(0, u64::MAX)
         })?,
     })
 }
 
+fn clipping(table: Option<&Table>) -> Result<ClippingSettings, SceneError> {
+    let default = ClippingSettings::default();
+    let Some(table) = table else {
+        return Ok(default);
+    };
+    Ok(ClippingSettings {
+        tolerance: tolerance(table, default.tolerance)?,
+    })
+}
+
+fn tolerance(table: &Table, default: f64) -> Result<f64, SceneError> {
+    optional(table, "tolerance", default, |field| {
+        field.number(Range::Positive)
+    })
+}
+
 fn policy(field: &Field) -> Result<StartPolicy, SceneError> {
     Ok(
-        match field.word(&["random-u", "solve-height", "stratified"])? {
+        match field.word(&["random-u", "solve-height", "stratified", "original"])? {
             0 => StartPolicy::RandomU,
             1 => StartPolicy::SolveHeight,
-            _ => StartPolicy::Stratified,
+            2 => StartPolicy::Stratified,
+            _ => StartPolicy::Original,
         },
     )
 }

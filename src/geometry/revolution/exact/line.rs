@@ -42,6 +42,9 @@ pub(super) struct Line {
     scale: Dyadic,
     origin: [BigInt; 3],
     direction: [BigInt; 3],
+    /// d_x and d_z in units of 2^flat_speed, the greatest that both are whole in.
+    flat: [BigInt; 2],
+    flat_speed: i64,
     pub(super) low: Option<Dyadic>,
     pub(super) high: Option<Dyadic>,
 }
@@ -77,12 +80,15 @@ impl Line {
             .collect();
         let length = least_exponent(origin.iter().chain(&controls));
         let speed = least_exponent(direction.iter());
+        let flat_speed = least_exponent([&direction[0], &direction[2]].into_iter());
         let limit = |t: f64| t.is_finite().then(|| Dyadic::from_f64(t));
         Self {
             length,
             speed,
             scale,
             origin: origin.map(|x| x.at(length)),
+            flat: [&direction[0], &direction[2]].map(|x| x.at(flat_speed)),
+            flat_speed,
             direction: direction.map(|x| x.at(speed)),
             low: limit(ray.t_min),
             high: limit(ray.t_max),
@@ -126,19 +132,20 @@ impl Line {
         self.equation(curve).roots()
     }
 
-    /// w² = d_y² s.
+    /// w² = d_y² s, both divided by the common power of two of d_x and d_z.
     fn branches(&self, curve: &Curve) -> Rc<Branches> {
         let [_, oy, _] = &self.origin;
         let [_, dy, _] = &self.direction;
         let (across, along, square) = self.quadratic(curve);
+        let across = across << (self.flat_speed - self.speed) as u64;
         let middle = curve.height.affine(&across, &(along * dy - oy * &across));
         Rc::new(Branches::new(middle, square, dy * dy))
     }
 
-    /// A, b and s of A t = −b ± √s.
+    /// A, b and s of A t = −b ± √s, with the direction in units of 2^flat_speed.
     pub(super) fn quadratic(&self, curve: &Curve) -> (BigInt, BigInt, Polynomial) {
         let [ox, _, oz] = &self.origin;
-        let [dx, _, dz] = &self.direction;
+        let [dx, dz] = &self.flat;
         let across = dx * dx + dz * dz;
         let cross = ox * dz - oz * dx;
         let square = curve.radius.squared().affine(&across, &-(&cross * &cross));
@@ -224,9 +231,9 @@ impl Line {
 
     /// A and b as dyadic numbers, and the unit n of s: s counts 2^(2n).
     pub(super) fn dyadic_quadratic(&self, across: BigInt, along: BigInt) -> (Dyadic, Dyadic, i64) {
-        let unit = self.length + self.speed;
+        let unit = self.length + self.flat_speed;
         (
-            Dyadic::new(across, 2 * self.speed),
+            Dyadic::new(across, 2 * self.flat_speed),
             Dyadic::new(along, unit),
             unit,
         )

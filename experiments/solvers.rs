@@ -1,0 +1,215 @@
+//! Which solver is right, on which rays, and at what price?
+
+mod conclusion;
+pub mod library;
+mod roster;
+
+use crate::geometry::ray::Ray;
+use crate::geometry::revolution::{Placement, Revolution, exact};
+use crate::geometry::specimens::Specimen;
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, grid, values};
+use crate::lab::families::{Family, Target};
+use crate::lab::grade::{Asked, Verdict, judge};
+use crate::lab::table::Value;
+use crate::numeric::clock::ThreadClock;
+use crate::numeric::work::Work;
+use clap::ValueEnum;
+use roster::{Contestant, contestants};
+
+/// The experiment.
+pub const EXPERIMENT: Experiment = Experiment {
+    name: "solvers",
+    question: "Which solver finds the nearest crossing, on which rays, and what does it cost?",
+    prediction: "Bernstein: no failure in any family, and t within 16 roundings of the coordinates over the cosine. Newton's method and \
+                 the polynomial root finder do well on random rays and fail on the hard ones: level rays (d_y = 0) have no \
+                 start for Newton, and are a double root for a polynomial. Certainty is also the fastest.",
+    method: "Twelve profiles, each with the families of rays that fit it; all solvers answer the same rays. The truth is the exact oracle; \
+             a hit is right if its t is that of the nearest crossing within the solver's own accuracy, and a miss only if there is \
+             none: no answer is excused as a graze. Errors of right hits are relative to |o| + t |d|, `max_ulps` counts ε (|o| + t \
+             |d|)/|n · d|. Times are CPU time a ray, the median over chunks of rays; polycool (kurbo) and Bezier clipping \
+             (Nishita, Sederberg and Kakimoto 1990) stand for what one would use instead.",
+    columns: &[
+        "solver",
+        "starts",
+        "profile",
+        "family",
+        "rays",
+        "true_hits",
+        "miss",
+        "phantom",
+        "wrong",
+        "max_t_error",
+        "p99_t_error",
+        "ns_per_ray",
+        "work",
+        "max_ulps",
+    ],
+    timed: true,
+    cpu_seconds: [9.0, 240.0, 20_000.0],
+    plan,
+    execute,
+    conclude: conclusion::conclude,
+};
+
+fn plan(_effort: Effort) -> Vec<Run> {
+    grid([("profile", values(Specimen::ALL.map(|s| s.name())))])
+}
+
+/// Rays of a family; the two profiles of rendered scenes get more of them.
+fn rays(specimen: Specimen, family: Family, effort: Effort) -> u64 {
+    let scene = matches!(specimen, Specimen::Cup | Specimen::Hourglass);
+    effort.of(match (scene, family) {
+        (true, Family::Random) => [2000, 100_000, 4_000_000],
+        (true, _) => [100, 4000, 400_000],
+        (false, _) => [40, 2000, 200_000],
+    })
+}
+
+/// Chunks of rays over which the time of a ray is a median.
+const CHUNKS: u64 = 20;
+
+fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
+    let name = run.text("profile");
+    let specimen = Specimen::ALL.into_iter().find(|s| s.name() == name);
+    let specimen = specimen.ok_or_else(|| anyhow::anyhow!("no profile {name}"))?;
+    let surface = Revolution::new(specimen.profile(), Placement::identity());
+    let target = Target::new(&surface);
+    let mut outcome = Outcome::default();
+    for &family in Family::value_variants() {
+        if target.fits(family).is_ok() {
+            let count = rays(specimen, family, effort);
+            let tallies = compare(&target, &surface, family, count, seed)?;
+            for tally in tallies {
+                outcome.work += tally.work;
+                outcome.rows.push(tally.row(run, family, count));
+            }
+        }
+    }
+    Ok(outcome)
+}
+
+/// Lets every solver answer the same rays.
+fn compare(
+    target: &Target,
+    surface: &Revolution,
+    family: Family,
+    count: u64,
+    seed: u64,
+) -> anyhow::Result<Vec<Tally>> {
+    let all = contestants(surface, family);
+    let mut tallies: Vec<Tally> = all.into_iter().map(Tally::new).collect();
+    let chunk = count.div_ceil(CHUNKS);
+    for start in (0..count).step_by(chunk as usize) {
+        let indices = start..count.min(start + chunk);
+        let rays = indices.map(|index| target.ray(family, &mut family.stream(seed, index)));
+        let rays: Vec<Ray> = rays.collect::<Result<_, _>>()?;
+        let asked: Vec<Asked> = rays.iter().map(|ray| asked(surface, ray)).collect();
+        for tally in &mut tallies {
+            tally.measure(surface, &rays, &asked);
+        }
+    }
+    Ok(tallies)
+}
+
+/// What is true of a ray. The margin is infinite: nothing is excused.
+fn asked(surface: &Revolution, ray: &Ray) -> Asked {
+    let (radius, height) = surface.profile().control_size();
+    let nearest = exact::crossings(surface.profile(), ray);
+    let nearest = nearest.first().map(|&crossing| {
+        let cosine = surface
+            .hit(ray, crossing)
+            .normal
+            .dot(ray.direction.normalize());
+        (crossing.t, cosine.abs())
+    });
+    let distance = ray.origin.length();
+    let speed = ray.direction.length();
+    Asked {
+        number: 0,
+        family: String::new(),
+        distance,
+        speed,
+        nearest,
+        scale: (distance + nearest.map_or(0.0, |(t, _)| t.abs() * speed)).max(radius + height),
+        margin: f64::INFINITY,
+    }
+}
+
+/// What a solver did so far.
+struct Tally {
+    contestant: Contestant,
+    true_hits: u64,
+    miss: u64,
+    phantom: u64,
+    wrong: u64,
+    errors: Vec<f64>,
+    max_ulps: f64,
+    ns: Vec<f64>,
+    work: Work,
+}
+
+impl Tally {
+    fn new(contestant: Contestant) -> Self {
+        Self {
+            contestant,
+            true_hits: 0,
+            miss: 0,
+            phantom: 0,
+            wrong: 0,
+            errors: Vec::new(),
+            max_ulps: 0.0,
+            ns: Vec::new(),
+            work: Work::default(),
+        }
+    }
+
+    fn measure(&mut self, surface: &Revolution, rays: &[Ray], asked: &[Asked]) {
+        let clock = ThreadClock::start();
+        let answers = self.contestant.answer(surface, rays, &mut self.work);
+        self.ns.push(clock.seconds() * 1e9 / rays.len() as f64);
+        for (asked, answer) in asked.iter().zip(answers) {
+            self.true_hits += u64::from(asked.nearest.is_some());
+            let judged = judge(asked, answer, self.contestant.tolerance);
+            match judged.verdict {
+                Verdict::Right => {}
+                Verdict::Miss => self.miss += 1,
+                Verdict::Phantom => self.phantom += 1,
+                Verdict::Wrong | Verdict::Ambiguous => self.wrong += 1,
+            }
+            if let Some(error) = judged.error {
+                self.errors.push(error.distance / asked.scale);
+                self.max_ulps = self.max_ulps.max(error.ulps);
+            }
+        }
+    }
+
+    fn row(mut self, run: &Run, family: Family, rays: u64) -> Vec<Value> {
+        self.errors.sort_by(f64::total_cmp);
+        self.ns.sort_by(f64::total_cmp);
+        let rank = |values: &[f64], percent: usize| {
+            let place = (values.len() * percent).div_ceil(100).max(1) - 1;
+            values.get(place).copied().unwrap_or(0.0)
+        };
+        let mut row = vec![
+            self.contestant.name.into(),
+            u64::from(self.contestant.starts).into(),
+            run.value("profile").clone(),
+            family.name().into(),
+        ];
+        row.extend(values([
+            rays,
+            self.true_hits,
+            self.miss,
+            self.phantom,
+            self.wrong,
+        ]));
+        row.extend(values([
+            rank(&self.errors, 100),
+            rank(&self.errors, 99),
+            rank(&self.ns, 50),
+            self.work.solver_iterations as f64 / rays as f64,
+            self.max_ulps,
+        ]));
+        row
+    }
+}

@@ -1,0 +1,217 @@
+//! What the table of `solvers` says: claims and plots.
+
+use super::EXPERIMENT;
+use super::roster::{BERNSTEIN, LIBRARY, NEWTON};
+use crate::lab::claim::Claim;
+use crate::lab::experiment::{Conclusion, Effort};
+use crate::lab::plot::{Plot, Series};
+use crate::lab::table::Table;
+use crate::numeric::statistics::zero_failures_bound;
+use serde::Deserialize;
+
+/// A row of the table.
+#[derive(Deserialize)]
+struct Row {
+    solver: String,
+    starts: f64,
+    profile: String,
+    family: String,
+    rays: f64,
+    true_hits: f64,
+    miss: f64,
+    phantom: f64,
+    wrong: f64,
+    ns_per_ray: f64,
+    max_ulps: f64,
+}
+
+impl Row {
+    fn failures(&self) -> f64 {
+        self.miss + self.phantom + self.wrong
+    }
+}
+
+/// Families on which the methods compared are known to do well.
+const EASY: [&str; 2] = ["random", "inside"];
+/// Rays with d_y = 0.
+const LEVEL: [&str; 2] = ["horizontal", "horizontal-joints"];
+/// Profiles of rendered scenes, on which speed is compared.
+const SCENES: [&str; 2] = ["cup", "hourglass"];
+/// Greatest error of a hit, in ε (|o| + t |d|)/|n · d|.
+const MOST_ULPS: f64 = 16.0;
+/// Medians of CPU time a ray, taken in turns on the same rays, agree within a quarter from run to run.
+const TIMING: f64 = 1.25;
+
+pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
+    let rows: Vec<Row> = table.read();
+    let of = |name: &str| -> Vec<&Row> { rows.iter().filter(|row| row.solver == name).collect() };
+    let (bernstein, newton, library) = (of(BERNSTEIN), of(NEWTON), of(LIBRARY));
+    let subject = |claim, statement| EXPERIMENT.subject(claim, statement, Effort::Smoke, effort);
+    let sum =
+        |rows: &[&Row], value: fn(&Row) -> f64| rows.iter().map(|row| value(row)).sum::<f64>();
+    let level: Vec<&Row> = (newton.iter().copied())
+        .filter(|row| LEVEL.contains(&row.family.as_str()))
+        .collect();
+    let thirty: Vec<&Row> = newton
+        .iter()
+        .copied()
+        .filter(|row| row.starts == 30.0)
+        .collect();
+    let never = "Bernstein isolation returns the nearest crossing of every ray of every family, and none where there is none.";
+    let sharp = "Its t is within 16 ε (|o| + t |d|)/|n · d|, in every family (families that exceed it, of all).";
+    let nothing =
+        "Newton's method finds no crossing of any ray with d_y = 0 (hits found, of all true ones).";
+    let claims = vec![
+        Claim::exact(
+            subject("bernstein never fails", never),
+            sum(&bernstein, Row::failures) as u64,
+            sum(&bernstein, |row| row.rays) as u64,
+        ),
+        Claim::exact(
+            subject("hits are sharp", sharp),
+            bernstein
+                .iter()
+                .filter(|row| row.max_ulps > MOST_ULPS)
+                .count() as u64,
+            bernstein.len() as u64,
+        ),
+        Claim::exact(
+            subject("newton cannot do level rays", nothing),
+            sum(&level, |row| row.true_hits - row.miss) as u64,
+            sum(&level, |row| row.true_hits) as u64,
+        ),
+        faster(
+            subject(
+                "faster than thirty starts",
+                "On random rays at cup and hourglass Bernstein isolation is at least 40 times as fast as 30 starts of Newton's method.",
+            ),
+            &bernstein,
+            &thirty,
+            40.0,
+        ),
+        faster(
+            subject(
+                "faster than a library",
+                "On the same rays it is at least twice as fast as polycool at 1e-14.",
+            ),
+            &bernstein,
+            &library,
+            2.0,
+        ),
+    ];
+    Conclusion {
+        claims,
+        plots: vec![
+            front("Random rays: failures against time", &rows, true),
+            front(
+                "Hard families together: failures against time",
+                &rows,
+                false,
+            ),
+        ],
+        ..Conclusion::default()
+    }
+}
+
+/// How many times as fast, at least: the worse of the two profiles, in decades.
+fn faster(
+    subject: crate::lab::claim::Subject,
+    ours: &[&Row],
+    theirs: &[&Row],
+    least: f64,
+) -> Claim {
+    let time = |rows: &[&Row], profile: &str| {
+        let row = rows
+            .iter()
+            .find(|row| row.profile == profile && row.family == EASY[0]);
+        row.map_or(f64::NAN, |row| row.ns_per_ray)
+    };
+    let ratios = SCENES.map(|profile| time(theirs, profile) / time(ours, profile));
+    // Comparisons keep NaN out of `min`: it must reach the claim.
+    let worst = if ratios[1] < ratios[0] || ratios[1].is_nan() {
+        ratios[1]
+    } else {
+        ratios[0]
+    };
+    let [decades, least, slack] = [worst, least, TIMING].map(libm::log10);
+    let interval = (decades - slack, decades + slack);
+    // The claim has a lower end only; a hundred thousand times would be a broken clock.
+    Claim::in_range(subject, decades, interval, 1, (least, 5.0))
+}
+
+/// Share of failures against time, a point for each method; where none was seen, the bound that n rays prove.
+fn front(title: &str, rows: &[Row], easy: bool) -> Plot {
+    let mut names: Vec<(&str, f64)> = Vec::new();
+    for row in rows {
+        if !names.contains(&(row.solver.as_str(), row.starts)) {
+            names.push((&row.solver, row.starts));
+        }
+    }
+    let methods = names.into_iter().filter_map(|(name, starts)| {
+        let mine = || {
+            let same = move |row: &&Row| row.solver == name && row.starts == starts;
+            let group = move |row: &&Row| EASY.contains(&row.family.as_str()) == easy;
+            rows.iter().filter(same).filter(group)
+        };
+        let sum = |value: fn(&Row) -> f64| mine().map(value).sum::<f64>();
+        let rays = sum(|row| row.rays);
+        let failed = sum(Row::failures);
+        let time = sum(|row| row.rays * row.ns_per_ray) / rays;
+        let bound = zero_failures_bound(rays as u64, 0.95);
+        let label = match (starts, failed) {
+            (0.0, 0.0) => format!("{name} (bound)"),
+            (0.0, _) => name.to_owned(),
+            _ => format!("{name} {starts}"),
+        };
+        let point = (time, if failed > 0.0 { failed / rays } else { bound });
+        (rays > 0.0).then(|| Series::scattered(label, [point]))
+    });
+    Plot::speed_error(
+        title,
+        "CPU time per ray (ns)",
+        "share of rays answered wrongly",
+        methods,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::experiment::values;
+
+    fn table(bernstein_misses: u64, ulps: f64, level_misses: u64, ns: f64) -> Table {
+        let row = |solver: &str, starts: u64, profile: &str, family: &str, miss: u64, ns: f64| {
+            let mut row = values([solver]);
+            row.extend(values([starts]));
+            row.extend(values([profile, family]));
+            row.extend(values([1000, 800, miss, 0, 0]));
+            row.extend(values([1e-16, 1e-16, ns, 1.0, ulps]));
+            row
+        };
+        EXPERIMENT.table(vec![
+            row(BERNSTEIN, 0, "cup", "random", bernstein_misses, ns),
+            row(BERNSTEIN, 0, "hourglass", "random", 0, ns),
+            row(NEWTON, 30, "cup", "random", 1, 40_000.0),
+            row(NEWTON, 30, "hourglass", "random", 1, 20_000.0),
+            row(NEWTON, 30, "cup", "horizontal", level_misses, 100.0),
+            row(LIBRARY, 0, "cup", "random", 0, 2000.0),
+            row(LIBRARY, 0, "hourglass", "random", 0, 1500.0),
+        ])
+    }
+
+    #[test]
+    fn each_claim_can_fail() {
+        let failing = |table: &Table| -> Vec<usize> {
+            let claims = conclude(table, Effort::Smoke).claims;
+            let failing = claims.iter().enumerate();
+            let failing = failing.filter(|(_, claim)| claim.fails_the_run());
+            failing.map(|(place, _)| place).collect()
+        };
+        assert!(failing(&table(0, 3.0, 800, 200.0)).is_empty());
+        assert_eq!(failing(&table(1, 3.0, 800, 200.0)), [0]);
+        assert_eq!(failing(&table(0, 17.0, 800, 200.0)), [1]);
+        assert_eq!(failing(&table(0, 3.0, 799, 200.0)), [2]);
+        assert_eq!(failing(&table(0, 3.0, 800, 700.0)), [3, 4]);
+        assert_eq!(failing(&table(0, 3.0, 800, f64::NAN)), [3, 4]);
+    }
+}

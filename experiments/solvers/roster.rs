@@ -1,0 +1,98 @@
+//! Who takes part, and how each is asked.
+
+use super::library::Library;
+use crate::geometry::ray::Ray;
+use crate::geometry::revolution::clipping::ClippingSettings;
+use crate::geometry::revolution::newton::NewtonSettings;
+use crate::geometry::revolution::{Revolution, Solver};
+use crate::lab::families::Family;
+use crate::numeric::work::Work;
+
+/// A way to find the nearest crossing.
+pub(super) struct Contestant {
+    /// Name in the table.
+    pub(super) name: &'static str,
+    /// Starts of Newton's method for each piece; 0 for other methods.
+    pub(super) starts: u32,
+    /// Share of the coordinates' size by which a crossing may be off: ten times what the method is asked for, so that only
+    /// other crossings count as wrong.
+    pub(super) tolerance: f64,
+    way: Way,
+}
+
+enum Way {
+    Ours(Solver),
+    Library(Library),
+}
+
+/// The certified solvers are held to rounding.
+const ROUNDING: f64 = 1e-13;
+
+/// Everybody that takes part with rays of a family. The tallest and the smallest numbers of starts are for random rays alone: they
+/// draw a law that `newton_seeds` measures in full.
+pub(super) fn contestants(surface: &Revolution, family: Family) -> Vec<Contestant> {
+    let ours = |name, starts, tolerance, solver| Contestant {
+        name,
+        starts,
+        tolerance,
+        way: Way::Ours(solver),
+    };
+    let library = |name, accuracy: f64| Contestant {
+        name,
+        starts: 0,
+        tolerance: (10.0 * accuracy).max(1e-9),
+        way: Way::Library(Library::new(surface.profile(), accuracy)),
+    };
+    let clipping = ClippingSettings::default();
+    let mut all = vec![
+        ours(BERNSTEIN, 0, ROUNDING, Solver::Bernstein),
+        ours("exact", 0, ROUNDING, Solver::Exact),
+        ours("clipping", 0, 1e-9, Solver::Clipping(clipping)),
+        library(LIBRARY, 1e-14),
+        library("polycool-default", 6e-7),
+    ];
+    let starts: &[u32] = match family {
+        Family::Random => &[3, 10, 30, 100],
+        _ => &[30],
+    };
+    for &starts in starts {
+        let settings = NewtonSettings {
+            starts,
+            ..NewtonSettings::default()
+        };
+        all.push(ours(NEWTON, starts, 1e-9, Solver::Newton(settings)));
+    }
+    let original = NewtonSettings::original();
+    all.push(ours(
+        "newton-original",
+        original.starts,
+        1e-6,
+        Solver::Newton(original),
+    ));
+    all
+}
+
+/// The default solver, a ray at a time.
+pub(super) const BERNSTEIN: &str = "bernstein";
+/// Newton's method from random starts.
+pub(super) const NEWTON: &str = "newton";
+/// The general root finder at its best accuracy.
+pub(super) const LIBRARY: &str = "polycool";
+
+impl Contestant {
+    /// t of the nearest crossing of each ray.
+    pub(super) fn answer(
+        &self,
+        surface: &Revolution,
+        rays: &[Ray],
+        work: &mut Work,
+    ) -> Vec<Option<f64>> {
+        let rays = rays.iter();
+        match &self.way {
+            Way::Ours(solver) => rays
+                .map(|ray| surface.nearest(ray, solver, work).map(|c| c.t))
+                .collect(),
+            Way::Library(library) => rays.map(|ray| library.nearest(ray)).collect(),
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Paths that reflect and refract at a solid of glass.
+
+use super::Tally;
+use crate::geometry::hit::{Hit, Side};
+use crate::geometry::ray::Ray;
+use crate::geometry::revolution::membership::{Membership, membership};
+use crate::geometry::revolution::{Revolution, Solver};
+use crate::lab::families::{Family, Target};
+use crate::numeric::rng::{Purpose, Stream};
+use crate::render::scatter::{reflect, refract};
+
+/// Index of refraction.
+const GLASS: f64 = 1.5;
+/// Longer paths are cut.
+const MOST_EVENTS: u64 = 64;
+/// A hit from the wrong side within this many error bounds of the start is one of the sheet that the ray leaves.
+const NEAR_IN_ERRORS: f64 = 64.0;
+/// The middle of a straight part shorter than this share of the profile's size may round to the surface.
+const SHORT: f64 = 1e-6;
+/// Rays by which paths begin.
+const FAMILIES: [Family; 5] = [
+    Family::Random,
+    Family::Joints,
+    Family::Caps,
+    Family::Folds,
+    Family::Grazes,
+];
+
+/// Follows this many paths.
+pub(super) fn run(solid: &Revolution, count: u64, seed: u64) -> Tally {
+    let target = Target::new(solid);
+    let fits = |family: &Family| target.fits(*family).is_ok();
+    let families: Vec<Family> = FAMILIES.into_iter().filter(fits).collect();
+    let mut tally = Tally::default();
+    for index in 0..count {
+        let mut stream = Stream::new(seed, Purpose::Experiment, index);
+        let family = families[index as usize % families.len()];
+        if let Ok(ray) = target.ray(family, &mut stream) {
+            tally.rays += 1;
+            let mut path = Path {
+                solid,
+                ray,
+                inside: solid.membership(ray.origin) == Membership::Inside,
+                left: None,
+            };
+            let events = 0..MOST_EVENTS;
+            events
+                .take_while(|_| path.advance(&mut stream, &mut tally))
+                .count();
+        }
+    }
+    tally
+}
+
+struct Path<'a> {
+    solid: &'a Revolution,
+    ray: Ray,
+    inside: bool,
+    /// The hit that the ray leaves.
+    left: Option<Hit>,
+}
+
+impl Path<'_> {
+    /// One straight part and the event at its end; `false` where the path ends or fails.
+    fn advance(&mut self, stream: &mut Stream, tally: &mut Tally) -> bool {
+        let crossing = self
+            .solid
+            .nearest(&self.ray, &Solver::Bernstein, &mut tally.work);
+        let Some(crossing) = crossing else {
+            tally.escapes_missed += u64::from(self.inside);
+            return false;
+        };
+        tally.bounces += 1;
+        if self.is_long(crossing.t) && !self.keeps_its_side(0.5 * crossing.t) {
+            tally.leaks += 1;
+            return false;
+        }
+        let hit = self.solid.hit(&self.ray, crossing);
+        let side = hit.side_met(self.ray.direction);
+        if (side == Side::Back) != self.inside {
+            let near = hit.t * self.ray.direction.length() < NEAR_IN_ERRORS * hit.error;
+            let same = self.left.is_some_and(|left| left.piece == hit.piece);
+            let fault = if near && same {
+                &mut tally.self_hits
+            } else {
+                &mut tally.leaks
+            };
+            *fault += 1;
+            return false;
+        }
+        self.leave(&hit, side, stream, tally)
+    }
+
+    /// Reflects or refracts, half and half where both are open.
+    fn leave(&mut self, hit: &Hit, side: Side, stream: &mut Stream, tally: &mut Tally) -> bool {
+        let direction = self.ray.direction.normalize();
+        let normal = hit.normal_on(side);
+        let eta = if self.inside { 1.0 / GLASS } else { GLASS };
+        let (to, next) = match refract(direction, normal, eta).1 {
+            Some(refracted) if stream.uniform() < 0.5 => (side.other(), refracted),
+            _ => (side, reflect(direction, normal)),
+        };
+        let before = tally.work.unseparated;
+        self.ray = self.solid.leave(hit, to, next, &mut tally.work);
+        if tally.work.unseparated > before {
+            tally.unseparated += 1;
+            return false;
+        }
+        self.inside = to == Side::Back;
+        self.left = Some(*hit);
+        let right = self.keeps_its_side(0.0);
+        tally.leaks += u64::from(!right);
+        right
+    }
+
+    /// Whether the middle of a straight part is clear of the surface, beyond rounding.
+    fn is_long(&self, t: f64) -> bool {
+        let (radius, height) = self.solid.profile().control_size();
+        let size = self.solid.placement().scale * (radius + height);
+        t * self.ray.direction.length() > SHORT * size
+    }
+
+    /// Whether the point of the ray is on the path's side, in the frame and with the rounding that the solver has.
+    fn keeps_its_side(&self, t: f64) -> bool {
+        let point = self.solid.placement().ray_to_local(&self.ray).at(t);
+        let expected = if self.inside {
+            Membership::Inside
+        } else {
+            Membership::Outside
+        };
+        membership(self.solid.profile(), point) == expected
+    }
+}

@@ -1,0 +1,94 @@
+//! Which piece a ray meets at a sharp edge.
+//!
+//! A root within rounding of a joint may be reported on either piece. Where both face the ray, or both face away, either is as
+//! good. Where the profile has a corner and only one faces the ray, the choice says from which side the surface is met, and a
+//! wrong one would let a path through it.
+
+use super::{Revolution, exact, local_normal, meridian};
+use crate::geometry::hit::Crossing;
+use crate::geometry::profile::Profile;
+use crate::geometry::ray::Ray;
+use glam::DVec3;
+
+/// A parameter this near to a joint may belong to either piece.
+pub(super) const AT_A_JOINT: f64 = 1e-12;
+
+impl Revolution {
+    /// The unit normal at a crossing of a ray, as the piece has it that the crossing names.
+    pub(super) fn normal_at(&self, ray: &Ray, crossing: Crossing) -> DVec3 {
+        let local = self.placement.ray_to_local(ray).at(crossing.t);
+        let (sin, cos) = meridian(local.x, local.z);
+        let piece = &self.profile.pieces()[crossing.piece as usize];
+        self.placement.rotation * local_normal(piece, crossing.u, sin, cos)
+    }
+
+    /// The crossing on the piece that says rightly from which side the ray arrives.
+    #[inline]
+    pub(super) fn faced(&self, ray: &Ray, crossing: Crossing) -> Crossing {
+        if crossing.u.min(1.0 - crossing.u) < AT_A_JOINT {
+            self.at_edge(ray, crossing)
+        } else {
+            crossing
+        }
+    }
+
+    /// Of two pieces of which one faces the ray, the exact solver names the one that is met. A ray through the edge itself only
+    /// touches the surface: from the front where the edge is convex, from the back where it is concave.
+    #[cold]
+    fn at_edge(&self, ray: &Ray, crossing: Crossing) -> Crossing {
+        let Some((piece, u)) = neighbour(&self.profile, crossing.piece, crossing.u) else {
+            return crossing;
+        };
+        let other = Crossing {
+            piece,
+            u,
+            ..crossing
+        };
+        let faces = |crossing| self.normal_at(ray, crossing).dot(ray.direction) <= 0.0;
+        if faces(crossing) == faces(other) {
+            return crossing;
+        }
+        let local = self.placement.ray_to_local(ray);
+        let distance = |c: &Crossing| (c.t - crossing.t).abs();
+        let met = exact::crossings(&self.profile, &local)
+            .into_iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        match met {
+            Some(met) if met.u > 0.0 && met.u < 1.0 && met.piece == piece => Crossing {
+                t: crossing.t,
+                ..met
+            },
+            Some(met) if met.u > 0.0 && met.u < 1.0 => crossing,
+            _ if faces(crossing) == self.is_convex(crossing, other) => crossing,
+            _ => other,
+        }
+    }
+
+    /// Whether the two normals at a joint lean away from each other.
+    fn is_convex(&self, crossing: Crossing, other: Crossing) -> bool {
+        let (first, second) = if crossing.u < 0.5 {
+            (other, crossing)
+        } else {
+            (crossing, other)
+        };
+        let normal = |crossing: Crossing| {
+            let piece = &self.profile.pieces()[crossing.piece as usize];
+            local_normal(piece, crossing.u, 0.0, 1.0)
+        };
+        let (a, b) = (normal(first), normal(second));
+        a.z * b.y - a.y * b.z > 0.0
+    }
+}
+
+/// The piece beyond the end that is nearer to `u`, and its parameter there.
+pub(super) fn neighbour(profile: &Profile, piece: u32, u: f64) -> Option<(u32, f64)> {
+    let pieces = profile.pieces();
+    let last = pieces.len() as u32 - 1;
+    let closed = pieces[0].point(0) == pieces[last as usize].point(3);
+    match (u < 0.5, piece) {
+        (true, 0) => closed.then_some((last, 1.0)),
+        (true, _) => Some((piece - 1, 1.0)),
+        (false, _) if piece == last => closed.then_some((0, 0.0)),
+        (false, _) => Some((piece + 1, 0.0)),
+    }
+}

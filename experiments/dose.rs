@@ -80,11 +80,11 @@ fn plan(_: Effort) -> Vec<Run> {
 fn passes(family: Family, parameter: f64, effort: Effort) -> u64 {
     let (cost, seconds) = match family {
         Family::Bernstein => (600.0, [0.5, 12.0, 240.0]),
-        Family::Starts => (10.0 + 5.3 * parameter, [0.4, 12.0, 240.0]),
+        Family::Starts => (10.0 + 5.3 * parameter, [0.3, 12.0, 240.0]),
         Family::Tolerance => (170.0, [0.15, 4.0, 80.0]),
         // Starts on the surface are what f64 cannot decide: exact arithmetic answers.
         Family::Offset if parameter < 1e-13 => (600.0, [0.3, 3.0, 60.0]),
-        Family::Offset => (10.0, [0.1, 3.0, 60.0]),
+        Family::Offset => (10.0, [0.08, 3.0, 60.0]),
         Family::Flat => (10.0 + 0.08 * parameter, [0.1, 4.0, 80.0]),
     };
     let paths = effort.of(seconds) * 1e6 / cost;

@@ -2,6 +2,8 @@
 
 pub mod agreement;
 pub mod analytic;
+pub mod basins;
+pub mod bounds;
 pub mod cup;
 pub mod eps;
 pub mod formula_audit;
@@ -17,6 +19,8 @@ use crate::lab::experiment::Experiment;
 pub const ALL: &[Experiment] = &[
     solvers::EXPERIMENT,
     newton_seeds::EXPERIMENT,
+    basins::EXPERIMENT,
+    bounds::EXPERIMENT,
     eps::EXPERIMENT,
     watertight::EXPERIMENT,
     photons::EXPERIMENT,

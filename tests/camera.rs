@@ -234,6 +234,21 @@ fn a_camera_says_how_it_was_set_up() {
     assert!((camera.pixel_size(48) * 48.0 - 2.0 * tan).abs() < 1e-15);
 }
 
+#[test]
+fn the_lens_is_filled_from_left_to_right_and_from_below() {
+    let (right, up) = axes();
+    let offset =
+        |lens| ours(&description(), DVec2::new(20.0, 30.0), lens).origin - description().eye;
+    for (lens, x, y) in [
+        ([0.75, 0.5], 0.125, 0.0),
+        ([0.25, 0.5], -0.125, 0.0),
+        ([0.5, 0.75], 0.0, 0.125),
+        ([0.5, 0.25], 0.0, -0.125),
+    ] {
+        assert!((offset(lens) - (x * right + y * up)).length() < 1e-14);
+    }
+}
+
 /// A film point's place on the plane at distance 1 is linear in pixels: one pixel further is one pixel's side further.
 #[test]
 fn equal_steps_on_the_film_are_equal_steps_in_the_picture() {

@@ -6,6 +6,7 @@ use photolathe::geometry::ray::Ray;
 use photolathe::numeric::work::Work;
 use photolathe::render::film::Film;
 use photolathe::render::photon::camera::{HitPoint, Sampling, View, view};
+use photolathe::render::photon::trace::trace;
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
 use photolathe::scene::material::Material;
@@ -179,4 +180,50 @@ fn camera_paths_between_perfect_mirrors_end_by_roulette_after_32_events() {
     let mean = events.iter().sum::<u64>() as f64 / paths as f64;
     let sigma = (12.0 / paths as f64).sqrt();
     assert!((mean - 35.0).abs() < 6.0 * sigma, "{mean}");
+}
+
+/// Under the local rule every hit point that stays (`ppm`), or every pixel whose hit points change (`sppm`), keeps the share α of the
+/// photons that it found itself, and its own radius follows in the next pass.
+#[test]
+fn every_radius_shrinks_by_its_own_photons() {
+    let scene = floor_scene(8, 6);
+    for integrator in [Integrator::Ppm, Integrator::Sppm] {
+        let settings = Settings {
+            spp: 2,
+            ..settings(integrator, 3000, RADIUS)
+        };
+        let mut mapper = PhotonMapper::new(&scene, &settings).expect("a scene for photons");
+        let mut film = Film::new(scene.film);
+        mapper.pass(0, &mut film, &mut Phases::default());
+        let first = mapper.hit_points().to_vec();
+        assert_eq!(mapper.radii_squared(), vec![RADIUS * RADIUS; first.len()]);
+        let fixed = integrator == Integrator::Ppm;
+        let region = |index: usize, hit_points: &[HitPoint]| {
+            if fixed {
+                index
+            } else {
+                hit_points[index].pixel as usize
+            }
+        };
+        let photons = trace(&scene, settings.seed, 0, settings.photons, None).points;
+        let mut found = vec![0.0; if fixed { first.len() } else { 48 }];
+        for (index, hit_point) in first.iter().enumerate() {
+            let within = |p: &&DVec3| (**p - hit_point.point).length_squared() <= RADIUS * RADIUS;
+            found[region(index, &first)] += photons.iter().filter(within).count() as f64;
+        }
+        assert!(found.iter().any(|&n| n > 20.0) && found.iter().any(|&n| n < 20.0));
+        let before = mapper.statistics().to_vec();
+        assert_eq!(before.len(), found.len());
+        for (statistics, found) in before.iter().zip(&found) {
+            assert!((statistics.kept - settings.alpha * found).abs() < 1e-9);
+            assert_eq!(statistics.shrink < 1.0, *found > 0.0);
+        }
+        mapper.pass(1, &mut film, &mut Phases::default());
+        let second = mapper.hit_points();
+        assert_eq!(fixed, second == first);
+        for (index, &square) in mapper.radii_squared().iter().enumerate() {
+            let shrink = before[region(index, second)].shrink;
+            assert_eq!(square, shrink * (RADIUS * RADIUS));
+        }
+    }
 }

@@ -28,7 +28,7 @@ pub const EXPERIMENT: Experiment = Experiment {
                  too small to be faults (an offset ε, a tolerance ε, n straight pieces) were expected to flip paths in proportion: ~ ε, \
                  and ~ 1/n by their normals. Found instead: ~ √ε for offset and tolerance above 1e-6, slower still below, and ~ n^-.4: paths that are long inside the \
                  glass amplify any error, so that the share of flips falls much more slowly than the error. Only flips before the first \
-                 specular event go about as 1/n.",
+                 specular event fall as 1/n or faster.",
     method: "Scene cup, path tracer, 12 × 9 pixels. Every camera path is traced twice with the same random numbers, which are keyed by \
              pixel, pass and seed and drawn in the path's own order, so that a flip disturbs no other path: by the true intersector (for \
              bernstein: exact arithmetic; for all others: bernstein) and by the method. A flip is the first step whose object, piece or \

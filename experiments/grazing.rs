@@ -29,8 +29,7 @@ pub const EXPERIMENT: Experiment = Experiment {
              curvature κ (.2 to 5, Euler's formula); the ray starts .1 to 1 before the point and nothing stands between. `tilt` turns \
              it about the point by δ, `inward` and `outward` move it by d; at 0 only the rounding of the ray is left. Truth is the \
              exact oracle. `wrong` is a t further off than 8 √(2 tolerance size/κ), which is another crossing (tolerance 1e-15 for \
-             solvers without one); t-errors are those of the other hits. `separation` is the median distance of the first two true \
-             crossings. Slopes have a constant for each surface.",
+             solvers without one); t-errors are those of the other hits.  Slopes have a constant for each surface.",
     columns: &[
         "solver",
         "surface",
@@ -41,7 +40,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "miss",
         "phantom",
         "wrong",
-        "separation",
+        "chord_over_predicted",
         "median_t_error",
         "p99_t_error",
         "max_t_error",
@@ -117,7 +116,8 @@ struct Case {
     graze: Graze,
     ray: Ray,
     truth: Option<f64>,
-    separation: Option<f64>,
+    /// Distance of the first two true crossings over the predicted one, where there is one.
+    chord: Option<f64>,
 }
 
 fn cases(surface: &Revolution, family: Family, tilt: f64, count: u64, seed: u64) -> Vec<Case> {
@@ -129,7 +129,8 @@ fn cases(surface: &Revolution, family: Family, tilt: f64, count: u64, seed: u64)
             graze,
             ray,
             truth: crossings.first().map(|crossing| crossing.t),
-            separation: (crossings.len() > 1).then(|| crossings[1].t - crossings[0].t),
+            chord: (crossings.len() > 1)
+                .then(|| (crossings[1].t - crossings[0].t) / graze.chord(family, tilt)),
         }
     };
     (0..count).map(case).collect()
@@ -183,7 +184,7 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let family = Family::named(&run.text("family")).ok_or_else(unknown)?;
     let cases = cases(&surface, family, run.number("tilt"), rays(effort), seed);
     let (radius, height) = surface.profile().control_size();
-    let chords = sorted(cases.iter().filter_map(|case| case.separation));
+    let chords = sorted(cases.iter().filter_map(|case| case.chord));
     let mut outcome = Outcome::default();
     for entry in entries() {
         let mut work = Work::default();

@@ -2,6 +2,8 @@
 
 pub mod agreement;
 pub mod analytic;
+pub mod basins;
+pub mod bounds;
 pub mod cup;
 pub mod dose;
 pub mod eps;
@@ -20,6 +22,8 @@ pub const ALL: &[Experiment] = &[
     solvers::EXPERIMENT,
     newton_seeds::EXPERIMENT,
     grazing::EXPERIMENT,
+    basins::EXPERIMENT,
+    bounds::EXPERIMENT,
     eps::EXPERIMENT,
     watertight::EXPERIMENT,
     dose::EXPERIMENT,

@@ -166,6 +166,20 @@ fn exact_intervals_are_those_of_scipy() {
 }
 
 /// 1 − .05^(1/n): Clopper and Pearson's one-sided bound, near 3/n (rule of three) for large n.
+/// For no hit the interval ends at 1 − .025^(1/n), for all hits it starts at .025^(1/n).
+#[test]
+fn intervals_of_rates_end_for_millions_of_trials() {
+    for n in [1, 10, 8_000_000, 1_000_000_000_u64] {
+        let end = -libm::expm1(libm::log(0.025) / n as f64);
+        close(binomial_interval(0, n, 0.95).1, end, 1e-7);
+        close(binomial_interval(n, n, 0.95).0, 1.0 - end, 1e-7);
+    }
+    // Poisson's limit of one hit: (.0253178, 5.5716434)/n.
+    let (low, high) = binomial_interval(1, 1_000_000_000, 0.95);
+    close(low, 0.025_317_8e-9, 1e-5);
+    close(high, 5.571_643_4e-9, 1e-6);
+}
+
 #[test]
 fn no_failures_bound_the_rate_by_three_over_n() {
     close(zero_failures_bound(10, 0.95), 0.258_865_550_893_052_3, 1e-9);

@@ -47,7 +47,7 @@ pub(super) struct Graze {
     /// Unit direction.
     direction: DVec3,
     /// Normal curvature along the direction, > 0: away from the tangent.
-    pub(super) curvature: f64,
+    curvature: f64,
     /// From the ray's origin to the point.
     distance: f64,
 }
@@ -111,6 +111,16 @@ impl Graze {
             Family::Outward => (self.point + tilt * self.normal, self.direction),
         };
         Ray::new(point - self.distance * direction, direction)
+    }
+
+    /// The predicted distance of the crossings at a small angle or distance from tangency; NaN where there are none.
+    pub(super) fn chord(&self, family: Family, tilt: f64) -> f64 {
+        match family {
+            _ if tilt == 0.0 => f64::NAN,
+            Family::Tilt => 2.0 * libm::tan(tilt) / self.curvature,
+            Family::Inward => 2.0 * self.blur(tilt),
+            Family::Outward => f64::NAN,
+        }
     }
 
     /// The t that a residual of `accuracy` leaves uncertain at tangency: √(2 accuracy/κ).
@@ -185,11 +195,8 @@ mod tests {
                 let mut stream = Stream::new(5, Purpose::Test, index);
                 let graze = Graze::random(&surface, &mut stream);
                 let tilt = 1e-6;
-                let chords = [
-                    (Family::Tilt, 2.0 * tilt / graze.curvature),
-                    (Family::Inward, 2.0 * graze.blur(tilt)),
-                ];
-                for (family, chord) in chords {
+                for family in [Family::Tilt, Family::Inward] {
+                    let chord = graze.chord(family, tilt);
                     let found = exact::crossings(surface.profile(), &graze.ray(family, tilt));
                     let seen = found[1].t - found[0].t;
                     assert!(

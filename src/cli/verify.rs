@@ -292,8 +292,11 @@ mod tests {
         let eps = experiments::eps::EXPERIMENT;
         let one = estimate(&[&eps], &args).expect("an estimate");
         let time = duration(eps.cpu_seconds[2]);
+        let runs = (eps.plan)(Effort::Full).len();
         assert!(
-            one.starts_with(&format!("eps            about {time} of CPU, 8 of 8 runs")),
+            one.starts_with(&format!(
+                "eps            about {time} of CPU, {runs} of {runs} runs"
+            )),
             "{one}"
         );
         assert!(one.contains(&format!("in all         about {time} of CPU")));

@@ -5,9 +5,11 @@ use glam::DVec3;
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::clipping::{self, ClippingSettings};
-use photolathe::geometry::revolution::exact;
 use photolathe::geometry::revolution::newton::{NewtonSettings, StartPolicy};
+use photolathe::geometry::revolution::{Solver, exact};
 use photolathe::numeric::work::Work;
+use photolathe::scene::file;
+use std::path::Path;
 
 /// A t farther than this from the true one is another sheet.
 const SAME_SHEET: f64 = 1e-5;
@@ -194,4 +196,31 @@ fn clipping_ends_on_rays_that_are_none_and_on_tolerances_without_sense() {
         assert!(disc.iter().all(|disc| run(disc, &within).is_empty()));
         assert!(run(&Profile::cup(), &test_ray(1)).len() < 20);
     }
+}
+
+#[test]
+fn overrides_choose_solver_policy_tolerance_and_volume() {
+    let scene = |pairs: &[(&str, &str)]| {
+        let pairs: Vec<(String, String)> = (pairs.iter())
+            .map(|(key, value)| ((*key).to_owned(), (*value).to_owned()))
+            .collect();
+        file::load(Path::new("scenes/cup.toml"), &pairs).expect("the scene is good")
+    };
+    let original = scene(&[("render.solver", "newton"), ("solver.policy", "original")]);
+    assert_eq!(original.solver, Solver::Newton(NewtonSettings::original()));
+    let clipped = scene(&[("render.solver", "clipping"), ("solver.tolerance", "1e-9")]);
+    assert_eq!(
+        clipped.solver,
+        Solver::Clipping(ClippingSettings { tolerance: 1e-9 })
+    );
+    let tests = |name: &str| {
+        let bounded = scene(&[("solver.bounds", name)]);
+        let mut work = Work::default();
+        let down = Ray::new(DVec3::new(0.5, 50.0, 0.5), DVec3::NEG_Y);
+        for object in &bounded.objects {
+            object.shape.nearest(&down, &bounded.solver, &mut work);
+        }
+        work.bounds_tests
+    };
+    assert_eq!(["none", "sphere", "pieces"].map(tests), [0, 1, 6]);
 }

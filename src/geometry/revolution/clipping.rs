@@ -4,7 +4,7 @@
 //! The crossings with a piece are the zeros of f(u) = d_y² r² − |q|² of degree 6, q = (o_x, o_z) d_y + (h − o_y) (d_x, d_z). Its
 //! graph (u, f(u)) is a planar Bezier curve with the control points (i/6, fᵢ), which lies in their convex hull; where the hull
 //! does not meet the axis there is no root, and elsewhere the curve is clipped to the part of u where it does, again and again.
-//! A part that shrinks by less than [`LEAST_GAIN`] may hold several roots and is halved. A part narrower than the tolerance is a
+//! A part that shrinks by less than `LEAST_GAIN` may hold several roots and is halved. A part narrower than the tolerance is a
 //! root, and t = (h − o_y)/d_y.
 //!
 //! **Known failures**, kept because they are what is studied. A level ray (d_y = 0) has no t and is always missed. Near level f

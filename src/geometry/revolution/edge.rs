@@ -13,6 +13,9 @@ use glam::DVec3;
 /// A parameter this near to a joint may belong to either piece.
 pub(super) const AT_A_JOINT: f64 = 1e-12;
 
+/// Crossings this near to each other, in sizes of the problem, are the same one, or the two of a corner that the ray clips.
+const NEAR_IN_SIZES: f64 = 1e-10;
+
 impl Revolution {
     /// The unit normal at a crossing of a ray, as the piece has it that the crossing names.
     pub(super) fn normal_at(&self, ray: &Ray, crossing: Crossing) -> DVec3 {
@@ -32,8 +35,8 @@ impl Revolution {
         }
     }
 
-    /// Of two pieces of which one faces the ray, the exact solver names the one that is met. A ray through the edge itself only
-    /// touches the surface: from the front where the edge is convex, from the back where it is concave.
+    /// Of two pieces of which one faces the ray, the one that the ray meets, exactly. One that meets both clips the edge or
+    /// touches it: a convex one from the front, a concave one from the back.
     #[cold]
     fn at_edge(&self, ray: &Ray, crossing: Crossing) -> Crossing {
         let Some((piece, u)) = neighbour(&self.profile, crossing.piece, crossing.u) else {
@@ -48,20 +51,28 @@ impl Revolution {
         if faces(crossing) == faces(other) {
             return crossing;
         }
-        let local = self.placement.ray_to_local(ray);
-        let distance = |c: &Crossing| (c.t - crossing.t).abs();
-        let met = exact::crossings(&self.profile, &local)
-            .into_iter()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        match met {
-            Some(met) if met.u > 0.0 && met.u < 1.0 && met.piece == piece => Crossing {
-                t: crossing.t,
-                ..met
-            },
-            Some(met) if met.u > 0.0 && met.u < 1.0 => crossing,
-            _ if faces(crossing) == self.is_convex(crossing, other) => crossing,
-            _ => other,
+        let (own, others) = (self.met_alone(ray, crossing), self.met_alone(ray, other));
+        match (own, others) {
+            (None, Some(met)) => met,
+            (Some(_), Some(_)) if faces(crossing) != self.is_convex(crossing, other) => other,
+            _ => crossing,
         }
+    }
+
+    /// The exact crossing of the ray with this piece by itself that is next to the one given.
+    fn met_alone(&self, ray: &Ray, crossing: Crossing) -> Option<Crossing> {
+        let piece = self.profile.pieces()[crossing.piece as usize];
+        let alone = Profile::new(vec![piece]).ok()?;
+        let local = self.placement.ray_to_local(ray);
+        let (radius, height) = self.profile.control_size();
+        let size = local.origin.length() + radius + height;
+        let near = NEAR_IN_SIZES * size / local.direction.length();
+        let mut met = exact::crossings(&alone, &local).into_iter();
+        met.find(|met| (met.t - crossing.t).abs() <= near)
+            .map(|met| Crossing {
+                piece: crossing.piece,
+                ..met
+            })
     }
 
     /// Whether the two normals at a joint lean away from each other.

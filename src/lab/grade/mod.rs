@@ -281,7 +281,7 @@ mod tests {
         let none = asked(None, firm);
         assert_eq!(verdict(&none, None), Verdict::Right);
         assert_eq!(verdict(&none, Some(1.0)), Verdict::Phantom);
-        for (margin, expected) in [(1e-5, Verdict::Ambiguous), (1.1e-5, Verdict::Miss)] {
+        for (margin, expected) in [(0.99e-5, Verdict::Ambiguous), (1.1e-5, Verdict::Miss)] {
             assert_eq!(verdict(&asked(Some((4.0, 0.5)), margin), None), expected);
         }
     }

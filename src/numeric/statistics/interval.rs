@@ -7,19 +7,37 @@ use statrs::distribution::{Beta, ContinuousCDF, Gamma, Normal, StudentsT};
 pub fn binomial_interval(hits: u64, trials: u64, confidence: f64) -> (f64, f64) {
     let tail = (1.0 - confidence) / 2.0;
     let (k, n) = (hits as f64, trials as f64);
-    let quantile =
-        |a: f64, b: f64, p: f64| Beta::new(a, b).map_or(f64::NAN, |law| law.inverse_cdf(p));
     let low = if hits == 0 {
         0.0
     } else {
-        quantile(k, n - k + 1.0, tail)
+        beta_quantile(k, n - k + 1.0, tail)
     };
     let high = if hits >= trials {
         1.0
     } else {
-        quantile(k + 1.0, n - k, 1.0 - tail)
+        beta_quantile(k + 1.0, n - k, 1.0 - tail)
     };
     (low, high)
+}
+
+/// The x with P(X ≤ x) = p for a Beta law, by bisection over the floats from 0 to 1; NaN for parameters that are not positive.
+///
+/// `Beta::inverse_cdf` does not return for some parameters in the millions (statrs 0.19: a = 1, b = 8·10⁶).
+fn beta_quantile(a: f64, b: f64, p: f64) -> f64 {
+    let Ok(law) = Beta::new(a, b) else {
+        return f64::NAN;
+    };
+    // The bits of floats that are not negative are in the order of their values.
+    let (mut low, mut high) = (0.0_f64.to_bits(), 1.0_f64.to_bits());
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if law.cdf(f64::from_bits(middle)) < p {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    f64::from_bits(high)
 }
 
 /// Interval of the expectation of a Poisson count (Garwood 1936).

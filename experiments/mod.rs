@@ -2,9 +2,13 @@
 
 pub mod agreement;
 pub mod analytic;
+pub mod basins;
+pub mod bounds;
 pub mod cup;
+pub mod dose;
 pub mod eps;
 pub mod formula_audit;
+pub mod grazing;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
@@ -17,8 +21,12 @@ use crate::lab::experiment::Experiment;
 pub const ALL: &[Experiment] = &[
     solvers::EXPERIMENT,
     newton_seeds::EXPERIMENT,
+    grazing::EXPERIMENT,
+    basins::EXPERIMENT,
+    bounds::EXPERIMENT,
     eps::EXPERIMENT,
     watertight::EXPERIMENT,
+    dose::EXPERIMENT,
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,

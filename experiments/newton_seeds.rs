@@ -45,7 +45,8 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 const STARTS: [u32; 10] = [1, 2, 3, 5, 10, 20, 30, 50, 100, 200];
-const POLICIES: [(&str, StartPolicy); 3] = [
+/// The policies compared, with their names in tables.
+pub(super) const POLICIES: [(&str, StartPolicy); 3] = [
     ("random-u", StartPolicy::RandomU),
     ("solve-height", StartPolicy::SolveHeight),
     ("stratified", StartPolicy::Stratified),
@@ -53,13 +54,13 @@ const POLICIES: [(&str, StartPolicy); 3] = [
 const BERNSTEIN: &str = "bernstein";
 /// A t further than this from the nearest true one is another sheet: a hundred times the error at grazes that a residual
 /// of 1e-10 leaves, and a thousandth of the distance of sheets.
-const SAME_SHEET: f64 = 1e-5;
+pub(super) const SAME_SHEET: f64 = 1e-5;
 /// Rays whose truth is kept at a time.
 const CHUNK: u64 = 4096;
 /// Fewest starts of the fitted law; below, most failures are rays whose every basin is small.
-const LAW_FROM: f64 = 10.0;
+pub(super) const LAW_FROM: f64 = 10.0;
 /// The exponent and its margin: the law is empirical (78,760 hits, 66 failures at 30 starts, 2 at 200).
-const LAW: (f64, f64) = (-1.9, 0.4);
+pub(super) const LAW: (f64, f64) = (-1.9, 0.4);
 
 fn plan(_effort: Effort) -> Vec<Run> {
     let policies = POLICIES.map(|(name, _)| name);

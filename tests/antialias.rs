@@ -87,6 +87,29 @@ fn different_paths_have_different_hashes() {
     assert!(!tells_all_paths_apart(original));
 }
 
+/// Glass sends its path both ways: a mirror seen in the reflection, or behind it, is the same list of vertices but for depth.
+#[test]
+fn the_depth_of_a_vertex_counts() {
+    let met = |object| {
+        Some(Met {
+            object,
+            piece: 0,
+            front: true,
+        })
+    };
+    let tree = |last_depth| {
+        let mut hash = PathHash::default();
+        hash.vertex(Event::Camera, 0, met(0));
+        hash.vertex(Event::Reflect, 1, met(1));
+        hash.vertex(Event::Mirror, last_depth, met(2));
+        hash.value()
+    };
+    let values: Vec<u64> = (0..300).map(tree).collect();
+    for (depth, value) in values.iter().enumerate() {
+        assert!(!values[..depth].contains(value), "depth {depth}");
+    }
+}
+
 fn brute_force_mask(hashes: &[u64], width: usize) -> Vec<bool> {
     let height = hashes.len() / width;
     let at = |x: usize, y: usize| hashes[y * width + x];

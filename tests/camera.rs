@@ -218,6 +218,52 @@ fn the_film_spans_the_field_of_view() {
     );
 }
 
+#[test]
+fn a_camera_says_how_it_was_set_up() {
+    let camera = Camera::new(&description());
+    let (right, up) = axes();
+    assert_eq!(camera.eye(), description().eye);
+    assert_eq!(camera.lens_radius(), 0.25);
+    assert_eq!(camera.focus_distance(), 6.0);
+    for (ours, expected) in camera.frame().into_iter().zip([right, up, forward()]) {
+        assert!((ours - expected).length() < 1e-15);
+    }
+    let tan = libm::tan(20.0_f64.to_radians());
+    assert!((camera.tan_half_fov() - tan).abs() < 1e-15);
+    // 48 pixels span the field: the picture's height at distance 1 is 2 tan 20°.
+    assert!((camera.pixel_size(48) * 48.0 - 2.0 * tan).abs() < 1e-15);
+}
+
+#[test]
+fn the_lens_is_filled_from_left_to_right_and_from_below() {
+    let (right, up) = axes();
+    let offset =
+        |lens| ours(&description(), DVec2::new(20.0, 30.0), lens).origin - description().eye;
+    for (lens, x, y) in [
+        ([0.75, 0.5], 0.125, 0.0),
+        ([0.25, 0.5], -0.125, 0.0),
+        ([0.5, 0.75], 0.0, 0.125),
+        ([0.5, 0.25], 0.0, -0.125),
+    ] {
+        assert!((offset(lens) - (x * right + y * up)).length() < 1e-14);
+    }
+}
+
+/// A film point's place on the plane at distance 1 is linear in pixels: one pixel further is one pixel's side further.
+#[test]
+fn equal_steps_on_the_film_are_equal_steps_in_the_picture() {
+    let (right, up) = axes();
+    let side = Camera::new(&description()).pixel_size(48);
+    let place = |x: f64, y: f64| {
+        let offset = at_depth(&pinhole_ray(DVec2::new(x, y)), 1.0) - description().eye;
+        DVec2::new(offset.dot(right), offset.dot(up))
+    };
+    for (x, y) in [(0.0, 0.0), (31.5, 7.25), (63.0, 47.0)] {
+        let expected = DVec2::new(x - 32.0, 24.0 - y) * side;
+        assert!((place(x, y) - expected).length() < 1e-14, "({x}, {y})");
+    }
+}
+
 /// The concentric map sends equal areas to equal areas: chi-square over 8 rings of equal area × 8 sectors, 64 000 samples;
 /// limit 63 + 6√126 (false alarm below 1e-6). It can see a cell off by 10 %.
 #[test]

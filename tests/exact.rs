@@ -202,14 +202,14 @@ fn routes_agree(profile: &Profile, ray: &Ray, name: &str) -> usize {
 /// A ray of a family, now and then with a range that ends at one of its crossings.
 fn ranged(profile: &Profile, family: Family, index: u64) -> Ray {
     let mut ray = rays::ray(profile, family, index);
-    if index % 3 == 0 {
+    if index.is_multiple_of(3) {
         let whole = Ray {
             t_min: f64::NEG_INFINITY,
             ..ray
         };
         let found = certified(profile, &whole);
         if let Some(c) = found.get(index as usize % found.len().max(1)) {
-            (ray.t_min, ray.t_max) = if index % 2 == 0 {
+            (ray.t_min, ray.t_max) = if index.is_multiple_of(2) {
                 (c.t_low, f64::INFINITY)
             } else {
                 (f64::NEG_INFINITY, c.t_high)
@@ -382,4 +382,21 @@ fn nearly_level_rays_are_decided_without_exact_arithmetic() {
         let share = work.solver_fallbacks as f64 / work.solver_calls as f64;
         assert!(share < most, "{share}");
     }
+}
+
+/// Steps of the default solver on rays that pass a joint at 1e-6 to 1e-12: the value at that end is almost zero, and a start at the
+/// secant of the end values would stand there, away from the piece's own root.
+#[test]
+fn a_start_at_the_control_polygon_costs_few_steps_near_joints() {
+    let shape = Revolution::new(Profile::cup(), Placement::identity());
+    let mut work = Work::default();
+    let mut hits = 0;
+    for index in 0..4000 {
+        let mut ray = rays::ray(shape.profile(), Family::Joint, index);
+        ray.origin.y += libm::exp10(-6.0 - (index % 7) as f64);
+        hits += shape.crossings(&ray, &Solver::Bernstein, &mut work).len();
+    }
+    let steps = work.solver_iterations as f64 / hits as f64;
+    // 3.1 steps a hit; 3.9 from the secant.
+    assert!(hits > 8000 && steps < 3.5, "{hits} {steps}");
 }

@@ -242,6 +242,59 @@ fn a_join_hands_out_the_same_lists_on_any_number_of_threads() {
     assert_eq!(one, run(3));
 }
 
+/// Seventeen balls in a row make a root and leaves of 8 and 9; each ball's centre asks once. Every query visits all three nodes
+/// and is tested against the balls of the one leaf whose box holds it; single queries and the join do the same work.
+#[test]
+fn the_work_of_a_search_is_counted_node_by_node() {
+    let row: Vec<DVec3> = (0..17).map(|i| f64::from(i) * DVec3::X).collect();
+    let outside = DVec3::new(3.0, 1.0, 0.0);
+    let count = |visits, tests| Work {
+        index_visits: visits,
+        index_tests: tests,
+        ..Work::default()
+    };
+    let measure = |index: &dyn Fn(&[DVec3], &mut Work)| {
+        let (mut inside, mut beside) = (Work::default(), Work::default());
+        index(&row, &mut inside);
+        index(&[outside], &mut beside);
+        (inside, beside)
+    };
+    let tree = KdTree::new(&balls(row.clone(), 0.25), Split::Widest);
+    let linear = Linear::new(balls(row.clone(), 0.25));
+    let ask = |index: &dyn Fn(DVec3, &mut Work), queries: &[DVec3], work: &mut Work| {
+        queries.iter().for_each(|&query| index(query, work));
+    };
+    let expected = (count(17 * 3, 8 * 8 + 9 * 9), count(1, 0));
+    let single = |query, work: &mut Work| tree.visit(query, work, &mut |_| ());
+    assert_eq!(measure(&|q, work| ask(&single, q, work)), expected);
+    let join = |queries: &[DVec3], work: &mut Work| {
+        tree.join(queries, &|_, hits: &[u32]| hits.len(), work);
+    };
+    assert_eq!(measure(&join), expected);
+    let expected = (count(17, 17 * 17), count(1, 17));
+    let single = |query, work: &mut Work| linear.visit(query, work, &mut |_| ());
+    assert_eq!(measure(&|q, work| ask(&single, q, work)), expected);
+    let join = |queries: &[DVec3], work: &mut Work| {
+        linear.join(queries, &|_, hits: &[u32]| hits.len(), work);
+    };
+    assert_eq!(measure(&join), expected);
+}
+
+#[test]
+fn a_tree_is_as_deep_as_halving_down_to_a_leaf_takes() {
+    for (n, depth) in [(0, 1), (16, 1), (17, 2), (32, 2), (33, 3), (1000, 7)] {
+        let tree = KdTree::new(&balls(scattered(n, 14), 0.1), Split::Cycle);
+        assert_eq!(tree.depth(), depth, "{n} balls");
+    }
+}
+
+#[test]
+fn a_set_of_balls_knows_whether_it_is_empty() {
+    assert!(Balls::default().is_empty());
+    let two = balls(vec![DVec3::ZERO, DVec3::X], 1.0);
+    assert!(!two.is_empty() && two.len() == 2);
+}
+
 /// Lattice coordinates: duplicates, collinear and coplanar sets, and distances exactly equal to the radius are common.
 fn lattice(extent: i32) -> impl Strategy<Value = DVec3> {
     (0..=extent, 0..=extent, 0..=extent)

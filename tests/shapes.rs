@@ -3,9 +3,13 @@
 use glam::DVec3;
 use photolathe::geometry::hit::Side;
 use photolathe::geometry::planar::{Disc, Plane, Quad, tangents};
+use photolathe::geometry::profile::Profile;
 use photolathe::geometry::ray::Ray;
+use photolathe::geometry::revolution::{Placement, Revolution, Solver};
+use photolathe::geometry::shape::Shape;
 use photolathe::geometry::sphere::Sphere;
 use photolathe::numeric::rng::{Purpose, Stream};
+use photolathe::numeric::work::Work;
 use photolathe::scene::sampling::uniform_sphere;
 
 fn unit_sphere() -> Sphere {
@@ -223,6 +227,62 @@ fn a_disc_ends_at_its_radius() {
     let bounds = disc.bounds();
     assert_eq!(bounds.min, DVec3::new(-2.0, 1.0, -2.0));
     assert_eq!(bounds.max, DVec3::new(2.0, 1.0, 2.0));
+}
+
+#[test]
+fn every_shape_is_asked_counted_and_bounded_as_itself() {
+    let quad = Quad {
+        corner: DVec3::new(-1.0, -1.0, 0.0),
+        edge_u: 2.0 * DVec3::X,
+        edge_v: 2.0 * DVec3::Y,
+    };
+    let plane = Plane {
+        point: DVec3::ZERO,
+        normal: DVec3::Z,
+    };
+    let disc = Disc {
+        center: DVec3::ZERO,
+        normal: DVec3::Z,
+        radius: 1.0,
+    };
+    let cup = Revolution::new(Profile::cup(), Placement::identity());
+    let through = ray([0.1, 0.2, 9.0], [0.0, 0.0, -1.0]);
+    let mut work = Work::default();
+    for (shape, ts, bounds) in [
+        (
+            Shape::Sphere(unit_sphere()),
+            unit_sphere().crossings(&through),
+            Some(unit_sphere().bounds()),
+        ),
+        (
+            Shape::Quad(quad),
+            quad.nearest(&through).into_iter().collect(),
+            Some(quad.bounds()),
+        ),
+        (
+            Shape::Plane(plane),
+            plane.nearest(&through).into_iter().collect(),
+            None,
+        ),
+        (
+            Shape::Disc(disc),
+            disc.nearest(&through).into_iter().collect(),
+            Some(disc.bounds()),
+        ),
+        (
+            Shape::Revolution(cup.clone()),
+            cup.crossings(&through, &Solver::Exact, &mut Work::default()),
+            Some(cup.bounds()),
+        ),
+    ] {
+        let before = work.surface_tests;
+        let nearest = shape.nearest(&through, &Solver::Exact, &mut work);
+        let all = shape.crossings(&through, &Solver::Exact, &mut work);
+        assert_eq!(work.surface_tests, before + 2);
+        assert!(!ts.is_empty());
+        assert_eq!((nearest, all), (ts.first().copied(), ts));
+        assert_eq!(shape.bounds(), bounds);
+    }
 }
 
 #[test]

@@ -64,7 +64,17 @@ fn t_tests_are_those_of_scipy() {
     let test = student(&a, 19.0);
     close(test.statistic, 0.972_002_834_361_550_8, 1e-11);
     close(test.p, 0.356_446_332_904_976_3, 1e-10);
+    close(test.freedom, 9.0, 0.0);
     assert!(welch(&a, &Moments::of([1.0])).p.is_nan());
+}
+
+/// z of a known error has the normal's tail, and its sign says on which side of the prediction the estimate lies.
+#[test]
+fn the_z_test_counts_standard_errors() {
+    let test = z_test(3.04, 0.5, 4.02);
+    close(test.statistic, -1.96, 1e-12);
+    close(test.p, 0.049_995_790_296_440_87, 1e-10);
+    assert!(test.freedom.is_infinite());
 }
 
 #[test]
@@ -72,11 +82,16 @@ fn chi_square_is_that_of_scipy() {
     let test = chi_square(&[43, 52, 54, 40], &[47.25; 4], 0);
     close(test.statistic, 2.936_507_936_507_936_5, 1e-12);
     close(test.p, 0.401_518_352_725_928_3, 1e-10);
+    close(test.freedom, 3.0, 0.0);
     close(
         chi_square(&[5, 30, 15], &[10.0, 20.0, 20.0], 1).p,
         0.003_096_020_549_959_022,
         1e-9,
     );
+    // Totals may differ: 2²/10 + 3²/10, and e⁻ˣ/² is the tail of two degrees of freedom.
+    let test = chi_square(&[12, 7, 10], &[10.0; 3], 0);
+    close(test.statistic, 1.3, 1e-12);
+    close(test.p, libm::exp(-0.65), 1e-10);
     assert!(chi_square(&[5, 3], &[8.0], 0).p.is_nan());
     assert!(chi_square(&[5, 3], &[8.0, 0.0], 0).p.is_nan());
     assert!(chi_square(&[5], &[5.0], 0).p.is_nan());
@@ -97,6 +112,12 @@ fn kolmogorov_smirnov_is_near_the_exact_one() {
         .collect();
     close(ks_uniform(&skewed).p, 0.068_279_024_972_541_78, 0.03);
     assert!(ks_uniform(&[0.1, f64::NAN, 0.5]).p.is_nan());
+    // A sample as even as it can be: D = 1/(2n), where Kolmogorov's series of 100 terms would still swing.
+    let even: Vec<f64> = (0..1000).map(|i| (f64::from(i) + 0.5) / 1000.0).collect();
+    let test = ks_uniform(&even);
+    close(test.statistic, 0.0005, 1e-12);
+    assert_eq!(test.p, 1.0);
+    assert!(test.freedom.is_infinite());
 }
 
 /// The lower end for 1 of 10⁶ is the closed form 1 − (1 − 5e-7)^(1/10⁶); SciPy stops its search at 1e-12.
@@ -179,9 +200,21 @@ fn fitted_lines_are_those_of_scipy() {
     close(fit.slope, 1.972_752_04, 1e-8);
     close(fit.slope_error, 0.054_106_06, 1e-6);
     close(fit.intercept_error, 0.152_024_92, 1e-6);
+    // Three points leave one degree of freedom: residuals −1/6, 1/3, −1/6 about y = 7/6 + 3x/2 (by hand).
+    let fit = fit_line(&[(0.0, 1.0, 2.0), (1.0, 3.0, 2.0), (2.0, 4.0, 2.0)]).unwrap();
+    close(fit.slope, 1.5, 1e-12);
+    close(fit.intercept, 7.0 / 6.0, 1e-12);
+    close(fit.freedom, 1.0, 0.0);
+    close(fit.slope_error, (1.0_f64 / 12.0).sqrt(), 1e-12);
+    close(fit.intercept_error, (5.0_f64 / 36.0).sqrt(), 1e-12);
     assert!(fit_line(&[(0.0, 1.0, 1.0), (1.0, 2.0, 1.0)]).is_none());
     assert!(fit_line(&[(1.0, 1.0, 1.0); 5]).is_none());
     assert!(fit_line(&[(0.0, 1.0, 1.0), (1.0, f64::NAN, 1.0), (2.0, 0.0, 1.0)]).is_none());
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(fit_line(&[(0.0, 1.0, 1.0), (1.0, 2.0, bad), (2.0, 4.0, 1.0)]).is_none());
+    }
+    let at_infinity = [(0.0, 1.0, 1.0), (f64::INFINITY, 2.0, 1.0), (2.0, 4.0, 1.0)];
+    assert!(fit_line(&at_infinity).is_none());
 }
 
 /// Covariance of the means of the first 1, 2, 4, … values of one run: 1/max(n, m).
@@ -259,6 +292,10 @@ fn holms_correction_is_the_published_one() {
         close(ours, theirs, 1e-12);
     }
     close(holm_smallest(&[0.01, 0.04, 0.03, 0.005]), 0.02, 1e-12);
+    assert_eq!(holm(&[0.9, 0.5, 0.7]), [1.0; 3]);
+    assert_eq!(holm(&[0.6, f64::NAN, 0.1])[0], 1.0);
+    assert!(holm(&[0.6, f64::NAN, 0.1])[1].is_nan());
+    close(holm_smallest(&[0.4, 0.5, 0.6]), 1.0, 0.0);
     assert!(holm_smallest(&[0.5, f64::NAN]).is_nan());
     close(holm_smallest(&[]), 1.0, 0.0);
 }

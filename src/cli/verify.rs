@@ -50,7 +50,7 @@ pub fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
     let chosen = chosen(&args.only)?;
     limit_threads(args.threads)?;
     if args.effort == Effort::Full {
-        say_estimate(&chosen, args)?;
+        eprint!("{}", estimate(&chosen, args)?);
     }
     let whole = args.only.is_empty();
     let pictures = if whole {
@@ -231,7 +231,8 @@ fn command(args: &VerifyArgs) -> String {
 }
 
 /// What a run will take, by the CPU seconds that the experiments state and the runs that are not done yet.
-fn say_estimate(chosen: &[&Experiment], args: &VerifyArgs) -> anyhow::Result<()> {
+fn estimate(chosen: &[&Experiment], args: &VerifyArgs) -> anyhow::Result<String> {
+    let mut text = String::new();
     let mut sum = 0.0;
     for experiment in chosen {
         let plan = checked_plan(experiment, args.effort)?;
@@ -244,20 +245,57 @@ fn say_estimate(chosen: &[&Experiment], args: &VerifyArgs) -> anyhow::Result<()>
         let seconds = share * args.effort.of(experiment.cpu_seconds);
         sum += seconds;
         let (name, all, time) = (experiment.name, plan.len(), duration(seconds));
-        eprintln!("{name:20} {to_do} of {all} runs to do, about {time} of CPU");
+        text += &format!("{name:14} about {time} of CPU, {to_do} of {all} runs to do\n");
     }
     if args.only.is_empty() {
         let seconds = args.effort.of(showcase::CPU_SECONDS);
         sum += seconds;
-        eprintln!("{:20} about {} of CPU", "pictures", duration(seconds));
+        text += &format!("{:14} about {} of CPU\n", "pictures", duration(seconds));
     }
     let threads = args.threads.unwrap_or_else(|| Machine::here().cores);
-    eprintln!(
-        "{:20} about {} of CPU, {} on {threads} threads; within a factor of two, from the CPU seconds that each experiment states \
-         (measured at smoke effort, scaled by the amount of work)",
-        "in all",
+    text += &format!(
+        "in all         about {} of CPU, {} on {threads} threads; within a factor of two, from the CPU seconds that each experiment\n\
+         states (smoke is measured, the others are scaled by the amount of work)\n",
         duration(sum),
         duration(sum / threads as f64)
     );
-    Ok(())
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_experiment_has_an_estimate_before_its_first_run() {
+        let out = tempfile::tempdir().expect("a directory");
+        let mut args = VerifyArgs {
+            effort: Effort::Full,
+            only: Vec::new(),
+            out: out.path().to_owned(),
+            seed: 0,
+            threads: Some(4),
+        };
+        let chosen = chosen(&[]).expect("all experiments");
+        for experiment in &chosen {
+            let [smoke, standard, full] = experiment.cpu_seconds;
+            let name = experiment.name;
+            assert!(
+                0.0 < smoke && smoke <= standard && standard <= full,
+                "{name}"
+            );
+        }
+        let whole = estimate(&chosen, &args).expect("an estimate");
+        assert_eq!(whole.matches("of CPU").count(), chosen.len() + 2, "{whole}");
+        assert!(whole.contains("on 4 threads"));
+        args.only = vec!["eps".to_owned()];
+        let eps = experiments::eps::EXPERIMENT;
+        let one = estimate(&[&eps], &args).expect("an estimate");
+        let time = duration(eps.cpu_seconds[2]);
+        assert!(
+            one.starts_with(&format!("eps            about {time} of CPU, 8 of 8 runs")),
+            "{one}"
+        );
+        assert!(one.contains(&format!("in all         about {time} of CPU")));
+    }
 }

@@ -101,3 +101,35 @@ impl Hit {
         self.offset(side.sign() * OFFSET_IN_ERRORS)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A direction within the surface comes neither from behind nor from before: it counts as met from the front.
+    #[test]
+    fn sides_are_those_of_the_normal() {
+        let hit = Hit {
+            t: 3.0,
+            point: DVec3::new(0.0, 2.0, 0.0),
+            normal: DVec3::Y,
+            error: 1e-3,
+            object: 0,
+            piece: 0,
+            u: 0.0,
+            theta: 0.0,
+            st: DVec2::ZERO,
+        };
+        for (direction, side) in [
+            (DVec3::X, Side::Front),
+            (DVec3::new(0.6, 0.8, 0.0), Side::Back),
+            (DVec3::new(0.6, -0.8, 0.0), Side::Front),
+        ] {
+            assert_eq!(hit.side_met(direction), side);
+            assert_eq!(hit.facing_normal(direction), side.sign() * DVec3::Y);
+            let start = hit.beside(side);
+            assert!((start.y - 2.0 - side.sign() * 4e-3).abs() < 1e-15);
+            assert!((hit.beside(side.other()).y + start.y - 4.0).abs() < 1e-15);
+        }
+    }
+}

@@ -196,3 +196,109 @@ pub fn tangents(normal: DVec3) -> (DVec3, DVec3) {
         (s, normal.cross(s))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::rng::{Purpose, Stream};
+
+    fn unit(stream: &mut Stream) -> DVec3 {
+        DVec3::from_array([0; 3].map(|_| stream.range(-1.0, 1.0))).normalize()
+    }
+
+    fn tilted_disc() -> Disc {
+        Disc {
+            center: DVec3::new(1.0, -2.0, 0.5),
+            normal: DVec3::new(0.6, 0.8, 0.0),
+            radius: 2.0,
+        }
+    }
+
+    /// A disc with unit normal n reaches √(1 − n²) of its radius along each axis.
+    #[test]
+    fn bounds_are_tight_on_tilted_shapes() {
+        let disc = tilted_disc();
+        let reach = DVec3::new(1.6, 1.2, 2.0);
+        assert!((disc.bounds().min - (disc.center - reach)).length() < 1e-14);
+        assert!((disc.bounds().max - (disc.center + reach)).length() < 1e-14);
+        let quad = Quad {
+            corner: DVec3::new(1.0, 2.0, 3.0),
+            edge_u: DVec3::new(2.0, -1.0, 0.0),
+            edge_v: DVec3::new(-0.5, -1.0, -4.0),
+        };
+        assert_eq!(quad.bounds().min, DVec3::new(0.5, 0.0, -1.0));
+        assert_eq!(quad.bounds().max, DVec3::new(3.0, 2.0, 3.0));
+    }
+
+    #[test]
+    fn texture_coordinates_of_discs_and_planes_run_along_their_tangents() {
+        let disc = tilted_disc();
+        let plane = Plane {
+            point: disc.center,
+            normal: disc.normal,
+        };
+        let (s_axis, t_axis) = tangents(disc.normal);
+        for (s, t) in [(0.0, 0.0), (1.0, 0.5), (-0.75, 1.25), (0.5, -1.5)] {
+            let target = disc.center + s * s_axis + t * t_axis;
+            let from = Ray::new(target + 3.0 * disc.normal, -disc.normal);
+            let hit = disc.hit(&from, disc.nearest(&from).expect("a point of the disc"));
+            let expected = DVec2::new(0.5 + s / 4.0, 0.5 + t / 4.0);
+            assert!((hit.st - expected).length() < 1e-14, "disc at ({s}, {t})");
+            assert_eq!(hit.u, hit.st.x);
+            let hit = plane.hit(&from, plane.nearest(&from).expect("a point of the plane"));
+            assert!((hit.st - DVec2::new(s, t)).length() < 1e-14, "plane");
+            assert_eq!(hit.u, hit.st.x);
+            assert!((hit.point - target).length() <= 1e-14 && (hit.t - 3.0).abs() < 1e-14);
+        }
+    }
+
+    /// The point lies on the plane to within its error from however far the ray came, and the bound is that of a few roundings of
+    /// the coordinates: not so wide that the next ray would start visibly off the surface.
+    #[test]
+    fn flat_hits_lie_on_their_plane_within_a_tight_bound() {
+        let mut stream = Stream::new(5, Purpose::Test, 0);
+        for _ in 0..5000 {
+            let normal = unit(&mut stream);
+            let anchor = unit(&mut stream) * libm::exp(stream.range(-3.0, 9.0));
+            let (s, t) = tangents(normal);
+            let reach = libm::exp(stream.range(-3.0, 9.0));
+            let [a, b] = stream.uniform2();
+            let target = anchor + reach * (a * s + b * t);
+            let direction = unit(&mut stream);
+            let from = Ray::new(
+                target - libm::exp(stream.range(0.0, 18.0)) * direction,
+                direction,
+            );
+            let plane = Plane {
+                point: anchor,
+                normal,
+            };
+            let Some(crossing) = plane.nearest(&from) else {
+                continue;
+            };
+            let hit = plane.hit(&from, crossing);
+            let off = (hit.point - anchor).dot(normal).abs();
+            // The normal itself is a unit vector to a rounding only, and so is this measure.
+            let measure = 2.0 * f64::EPSILON * (hit.point - anchor).length();
+            assert!(off <= hit.error + measure, "{off} against {}", hit.error);
+            let size = hit.point.length().max(anchor.length());
+            let in_roundings = hit.error / (f64::EPSILON * size);
+            assert!(
+                (4.0..=32.0).contains(&in_roundings),
+                "{in_roundings} roundings"
+            );
+        }
+    }
+
+    #[test]
+    fn the_first_tangent_is_level_unless_the_normal_is_nearly_upright() {
+        let steep = DVec3::new(0.3, 0.9, -0.1_f64.sqrt());
+        for normal in [steep, steep * DVec3::new(1.0, -1.0, 1.0)] {
+            assert_eq!(tangents(normal).0.y, 0.0, "at 0.9 it is still level");
+        }
+        let steeper = DVec3::new(0.3, 0.95, -0.1).normalize();
+        let (s, t) = tangents(steeper);
+        assert!(s.x > 0.9 && s.y != 0.0, "above, it is that of +x");
+        assert!((s.cross(t) - steeper).length() < 1e-15);
+    }
+}

@@ -319,10 +319,26 @@ mod tests {
     }
 
     #[test]
+    fn a_profile_with_one_end_on_the_axis_or_without_volume_is_open() {
+        let open = |points: &[[f64; 2]]| {
+            let pieces = points.windows(2).map(|pair| line(pair[0], pair[1]));
+            Profile::new(pieces.collect()).map(|p| p.solid()) == Ok(Solid::Open)
+        };
+        assert!(open(&[[0.0, 0.0], [1.0, 1.0]]));
+        assert!(open(&[[1.0, 1.0], [0.0, 2.0]]));
+        assert!(open(&[[0.0, 1.0], [1.0, 1.0], [0.0, 1.0]]));
+        assert!(!open(&[[0.0, 0.0], [1.0, 1.0], [0.0, 2.0]]));
+    }
+
+    #[test]
     fn the_volume_of_a_cylinder_and_a_cone_is_known() {
         let wall = line([2.0, 0.0], [2.0, 3.0]).volume_over_pi();
         let cone = line([0.0, 0.0], [1.0, 3.0]).volume_over_pi();
         assert!((wall - 12.0).abs() < 1e-13 && (cone - 1.0).abs() < 1e-13);
+        let tube = Profile {
+            pieces: vec![line([2.0, 0.0], [2.0, 3.0])],
+        };
+        assert!((tube.volume() - 12.0 * std::f64::consts::PI).abs() < 1e-12);
     }
 
     #[test]
@@ -331,8 +347,56 @@ mod tests {
         assert_eq!(start.tangent(0.0), [1.0, 1.0]);
         let end = Piece::new([[1.0, 0.0], [1.0, 1.0], [2.0, 2.0], [2.0, 2.0]]);
         assert_eq!(end.tangent(1.0), [1.0, 1.0]);
+        let start = Piece::new([[1.0, 0.0], [1.0, 0.0], [1.0, 0.0], [2.0, 3.0]]);
+        assert_eq!(start.tangent(0.0), [1.0, 3.0]);
+        let end = Piece::new([[1.0, 0.0], [2.0, 3.0], [2.0, 3.0], [2.0, 3.0]]);
+        assert_eq!(end.tangent(1.0), [1.0, 3.0]);
+        // P′ = 0 at ½ and at ¼; there d²P/du² is six times the answer.
         let cusp = Piece::new([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]]);
-        let tangent = cusp.tangent(0.5);
-        assert!(tangent[0].abs() + tangent[1].abs() > 0.1);
+        assert_eq!(cusp.tangent(0.5), [0.0, -1.0]);
+        let cusp = Piece::new([[0.0, 0.0], [1.0, 1.0], [0.0, -1.0], [-3.0, 2.0]]);
+        assert_eq!(cusp.tangent(0.25), [-2.0, -1.0]);
+        assert_eq!(Piece::new([[1.0, 2.0]; 4]).tangent(0.3), [0.0, 0.0]);
+    }
+
+    /// 32 ε times the greatest control difference, 3, is still noise; the next number is a direction.
+    #[test]
+    fn a_tangent_of_rounding_noise_gives_way_to_the_next_control_point() {
+        let noise = 96.0 * f64::EPSILON;
+        let upward = |first: f64, second: f64| Piece {
+            radius: [0.0, first, second, 0.0],
+            height: [0.0, 0.0, 0.0, 3.0],
+        };
+        assert_eq!(upward(noise / 3.0, 0.0).tangent(0.0), [0.0, 3.0]);
+        assert_eq!(upward(noise, 0.0).tangent(0.0), [3.0 * noise, 0.0]);
+        assert_eq!(upward(0.0, noise).tangent(0.0), [0.0, 3.0]);
+        assert_eq!(upward(0.0, 2.0 * noise).tangent(0.0), [2.0 * noise, 0.0]);
+    }
+
+    #[test]
+    fn pieces_on_the_axis_and_flat_ones_are_told_from_the_others() {
+        let axis = line([0.0, 1.0], [0.0, 2.0]);
+        let cap = line([0.0, 1.0], [2.0, 1.0]);
+        let wall = line([2.0, 1.0], [2.0, 2.0]);
+        assert_eq!(
+            [axis, cap, wall].map(|piece| piece.on_axis()),
+            [true, false, false]
+        );
+        assert_eq!(
+            [axis, cap, wall].map(|piece| piece.is_flat()),
+            [false, true, false]
+        );
+        let mut bump = cap;
+        bump.height[2] = 1.5;
+        assert!(!bump.is_flat());
+    }
+
+    #[test]
+    fn control_sizes_are_the_greatest_magnitudes() {
+        assert_eq!(Profile::cup().control_size(), (3.8, 2.2));
+        let below = Profile {
+            pieces: vec![line([-2.0, 1.0], [1.0, -3.0])],
+        };
+        assert_eq!(below.control_size(), (2.0, 3.0));
     }
 }

@@ -130,3 +130,57 @@ pub(crate) fn azimuth(x: f64, z: f64) -> f64 {
         0.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_touch_the_sphere() {
+        let sphere = Sphere {
+            center: DVec3::new(1.0, 2.0, 3.0),
+            radius: 0.5,
+        };
+        assert_eq!(sphere.bounds().min, DVec3::new(0.5, 1.5, 2.5));
+        assert_eq!(sphere.bounds().max, DVec3::new(1.5, 2.5, 3.5));
+    }
+
+    /// Latitude and azimuth: t runs from pole to pole, s once around from +z over +x.
+    #[test]
+    fn texture_coordinates_of_a_sphere_are_latitude_and_azimuth() {
+        let sphere = Sphere {
+            center: DVec3::new(1.0, 2.0, 3.0),
+            radius: 2.0,
+        };
+        for (outward, s, t) in [
+            (DVec3::Z, 0.0, 0.5),
+            (DVec3::X, 0.25, 0.5),
+            (-DVec3::Z, 0.5, 0.5),
+            (-DVec3::X, 0.75, 0.5),
+            (DVec3::new(0.0, 0.5, 0.75_f64.sqrt()), 0.0, 0.5 + 1.0 / 6.0),
+            (
+                DVec3::new(-0.75_f64.sqrt(), -0.5, 0.0),
+                0.75,
+                0.5 - 1.0 / 6.0,
+            ),
+        ] {
+            let from = Ray::new(sphere.center + 5.0 * outward, -outward);
+            let hit = sphere.hit(&from, sphere.nearest(&from).expect("through the centre"));
+            assert!(
+                (hit.st - DVec2::new(s, t)).length() < 1e-14,
+                "{outward}: {}",
+                hit.st
+            );
+            assert!((hit.theta - std::f64::consts::TAU * s).abs() < 1e-14);
+            assert_eq!(hit.u, hit.st.y);
+        }
+        // Just before a full turn the azimuth rounds to 2π, which is not in [0, 2π).
+        let unit = Sphere {
+            center: DVec3::ZERO,
+            radius: 1.0,
+        };
+        let nearly = Ray::new(DVec3::new(-1e-300, 0.0, 5.0), -DVec3::Z);
+        let hit = unit.hit(&nearly, unit.nearest(&nearly).expect("through the centre"));
+        assert!(hit.normal.x < 0.0 && hit.theta == 0.0);
+    }
+}

@@ -13,7 +13,7 @@ use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
 use crate::scene::light::{Emitter, Light};
 use crate::scene::sampling::{cosine_density, cosine_hemisphere};
-use crate::scene::{Rgb, Scene};
+use crate::scene::{FilmSize, Rgb, Scene};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -29,6 +29,7 @@ pub struct PathTracer<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     medium_of_eye: Option<usize>,
+    offset: Option<f64>,
 }
 
 impl<'a> PathTracer<'a> {
@@ -39,6 +40,16 @@ impl<'a> PathTracer<'a> {
             scene,
             settings,
             medium_of_eye,
+            offset: None,
+        }
+    }
+
+    /// Starts every next ray `offset` (world units) off its surface instead of at a proven side of it: an object of study.
+    #[must_use]
+    pub fn leaving_at(self, offset: f64) -> Self {
+        Self {
+            offset: Some(offset),
+            ..self
         }
     }
 
@@ -46,8 +57,6 @@ impl<'a> PathTracer<'a> {
     pub fn pass(&self, pass: u64, film: &mut Film) -> Work {
         let size = film.size();
         let width = size.width as usize;
-        let pixels = width as u64 * u64::from(size.height);
-        let extent = DVec2::new(f64::from(size.width), f64::from(size.height));
         let rows = film
             .pixels_mut()
             .par_chunks_mut(width)
@@ -55,12 +64,8 @@ impl<'a> PathTracer<'a> {
             .map(|(y, row)| {
                 let mut work = Work::default();
                 for (x, pixel) in row.iter_mut().enumerate() {
-                    let index = pass * pixels + (y * width + x) as u64;
-                    let mut stream = Stream::new(self.settings.seed, Purpose::Camera, index);
-                    let place =
-                        DVec2::new(x as f64 + stream.uniform(), y as f64 + stream.uniform());
-                    let ray = self.scene.camera.ray(place, extent, stream.uniform2());
-                    pixel.add(self.radiance(ray, &mut stream, &mut work));
+                    let place = [x as u32, y as u32];
+                    pixel.add(self.sample(size, place, pass, &mut work, &mut |_| {}));
                 }
                 work
             });
@@ -70,11 +75,39 @@ impl<'a> PathTracer<'a> {
         })
     }
 
+    /// The sample of the pixel [x, y] in a pass, a pure function of these and the seed; `witness` hears every step of its path.
+    pub fn sample(
+        &self,
+        size: FilmSize,
+        [x, y]: [u32; 2],
+        pass: u64,
+        work: &mut Work,
+        witness: &mut impl FnMut(&Step),
+    ) -> Rgb {
+        let [width, height] = [size.width, size.height].map(u64::from);
+        let index = pass * width * height + u64::from(y) * width + u64::from(x);
+        let mut stream = Stream::new(self.settings.seed, Purpose::Camera, index);
+        let place = DVec2::new(
+            f64::from(x) + stream.uniform(),
+            f64::from(y) + stream.uniform(),
+        );
+        let extent = DVec2::new(f64::from(size.width), f64::from(size.height));
+        let ray = self.scene.camera.ray(place, extent, stream.uniform2());
+        self.radiance(ray, &mut stream, work, witness)
+    }
+
     /// One sample of the radiance that arrives at the ray's origin against its unit direction.
-    pub fn radiance(&self, ray: Ray, stream: &mut Stream, work: &mut Work) -> Rgb {
+    fn radiance(
+        &self,
+        ray: Ray,
+        stream: &mut Stream,
+        work: &mut Work,
+        witness: &mut impl FnMut(&Step),
+    ) -> Rgb {
         work.camera_rays += 1;
         let mut walk = Walk {
             scene: self.scene,
+            offset: self.offset,
             ray,
             medium: self.medium_of_eye,
             throughput: Rgb::ONE,
@@ -83,11 +116,22 @@ impl<'a> PathTracer<'a> {
             radiance: Rgb::ZERO,
         };
         let mut events = 0;
-        while let Some(hit) = walk.arrive(work) {
-            if self.settings.max_depth.is_some_and(|limit| events >= limit) {
-                break;
-            }
-            if !walk.scatter(&hit, stream, work) {
+        loop {
+            let ray = walk.ray;
+            let hit = walk.arrive(work);
+            let event = match &hit {
+                Some(hit) if self.settings.max_depth.is_none_or(|limit| events < limit) => {
+                    walk.scatter(hit, stream, work)
+                }
+                _ => Event::End,
+            };
+            witness(&Step {
+                ray,
+                hit,
+                event,
+                radiance: walk.radiance,
+            });
+            if event == Event::End {
                 break;
             }
             events += 1;
@@ -98,6 +142,34 @@ impl<'a> PathTracer<'a> {
         }
         walk.radiance
     }
+}
+
+/// How a camera path goes on from a hit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// Not at all: it left the scene, was absorbed, or has reached its greatest depth.
+    End,
+    /// By diffuse reflection.
+    Diffuse,
+    /// By reflection at a mirror.
+    Mirror,
+    /// By reflection at a dielectric interface.
+    Reflected,
+    /// By refraction.
+    Refracted,
+}
+
+/// A straight part of a camera path and the event at its end, as a witness hears of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// The ray that was followed.
+    pub ray: Ray,
+    /// Where it ended; `None` outside the scene.
+    pub hit: Option<Hit>,
+    /// What happened there. Roulette may still end the path behind it.
+    pub event: Event,
+    /// What the path has gathered so far.
+    pub radiance: Rgb,
 }
 
 /// The last diffuse scattering: what the chance of meeting a light by it depends on.
@@ -112,6 +184,7 @@ struct Scattered {
 /// A camera path in the making.
 struct Walk<'a> {
     scene: &'a Scene,
+    offset: Option<f64>,
     ray: Ray,
     medium: Option<usize>,
     throughput: Rgb,
@@ -123,6 +196,14 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
+    /// The next ray from a hit.
+    fn leave(&self, hit: &Hit, side: Side, direction: DVec3, work: &mut Work) -> Ray {
+        match self.offset {
+            None => self.scene.leave(hit, side, direction, work),
+            Some(offset) => leave_at(hit, side, direction, offset),
+        }
+    }
+
     /// Follows the ray to its hit and adds the light met there. `None` where the path has left the scene.
     fn arrive(&mut self, work: &mut Work) -> Option<Hit> {
         let Some(hit) = self.scene.intersect(&self.ray, work) else {
@@ -154,18 +235,17 @@ impl Walk<'_> {
         scattered.density / (scattered.density + of_light)
     }
 
-    /// Adds light received directly and chooses the next direction. `false` where the path is absorbed.
-    fn scatter(&mut self, hit: &Hit, stream: &mut Stream, work: &mut Work) -> bool {
+    /// Adds light received directly and chooses the next direction.
+    fn scatter(&mut self, hit: &Hit, stream: &mut Stream, work: &mut Work) -> Event {
         let direction = self.ray.direction;
         let lobes = Lobes::at(self.scene, hit, direction);
         if let Some(interface) = lobes.interface {
-            self.cross(hit, lobes.side, &interface, stream, work);
-            return true;
+            return self.cross(hit, lobes.side, &interface, stream, work);
         }
         let diffuse = lobes.diffuse.max_element();
         let mirror = lobes.mirror.max_element();
         if diffuse + mirror <= 0.0 {
-            return false;
+            return Event::End;
         }
         let share = diffuse / (diffuse + mirror);
         if diffuse > 0.0 {
@@ -176,18 +256,19 @@ impl Walk<'_> {
             let next = cosine_hemisphere(normal, stream.uniform2());
             let density = share * cosine_density(next.dot(normal));
             self.throughput *= lobes.diffuse / share;
-            self.ray = self.scene.leave(hit, lobes.side, next, work);
+            self.ray = self.leave(hit, lobes.side, next, work);
             self.scattered = Some(Scattered {
                 from: self.ray.origin,
                 density,
             });
+            Event::Diffuse
         } else {
             self.throughput *= lobes.mirror / (1.0 - share);
             let next = reflect(direction, normal);
-            self.ray = self.scene.leave(hit, lobes.side, next, work);
+            self.ray = self.leave(hit, lobes.side, next, work);
             self.scattered = None;
+            Event::Mirror
         }
-        true
     }
 
     /// Reflects or refracts at random in proportion to the reflectance.
@@ -198,19 +279,23 @@ impl Walk<'_> {
         interface: &Interface,
         stream: &mut Stream,
         work: &mut Work,
-    ) {
+    ) -> Event {
         let reflected = stream.uniform() < interface.reflectance;
-        let (next, side) = match interface.refracted {
+        let (next, side, event) = match interface.refracted {
             Some(refracted) if !reflected => {
                 self.throughput *= interface.radiance_scale;
                 self.index_squared *= interface.radiance_scale;
                 self.medium = interface.beyond;
-                (refracted, side.other())
+                (refracted, side.other(), Event::Refracted)
             }
-            _ => (reflect(self.ray.direction, hit.normal), side),
+            _ => {
+                let next = reflect(self.ray.direction, hit.normal);
+                (next, side, Event::Reflected)
+            }
         };
-        self.ray = self.scene.leave(hit, side, next, work);
+        self.ray = self.leave(hit, side, next, work);
         self.scattered = None;
+        event
     }
 
     /// Radiance scattered from one light, chosen by power, with the weight of the balance heuristic. `share` is the
@@ -226,7 +311,7 @@ impl Walk<'_> {
         // Draw before any test, so that later numbers of the path do not depend on its outcome.
         let (choice, place) = (stream.uniform(), stream.uniform2());
         let normal = hit.normal_on(lobes.side);
-        let from = self.scene.leave(hit, lobes.side, normal, work).origin;
+        let from = self.leave(hit, lobes.side, normal, work).origin;
         let lights = &self.scene.lights;
         let Some(light) = lights.choose(choice) else {
             return Rgb::ZERO;
@@ -257,6 +342,11 @@ impl Walk<'_> {
         self.throughput /= survival;
         true
     }
+}
+
+/// The ray that leaves a hit on a side of it, started `offset` (world units) off the surface.
+pub(crate) fn leave_at(hit: &Hit, side: Side, direction: DVec3, offset: f64) -> Ray {
+    Ray::new(hit.point + side.sign() * offset * hit.normal, direction)
 }
 
 /// One sample of the irradiance from a light at a point `from` (just off its surface, on the side of the unit `normal`), if the

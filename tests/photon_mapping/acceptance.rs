@@ -97,6 +97,10 @@ fn wrong_photons_are_turned_away(
             normal: -right.normal,
             ..right
         },
+        Arrival {
+            normal: DVec3::X,
+            ..right
+        },
         Arrival { object: 2, ..right },
         Arrival { events: 3, ..right },
     ];

@@ -1,12 +1,15 @@
 //! What is refused, and that threads change nothing.
 
 use crate::scenes::*;
+use glam::DVec3;
 use photolathe::numeric::work::Work;
 use photolathe::render::film::Film;
+use photolathe::render::photon::trace::trace;
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
 use photolathe::scene::options::Integrator;
 use photolathe::scene::{FilmSize, Rgb, Scene};
+use std::f64::consts::PI;
 
 #[test]
 fn settings_and_scenes_out_of_range_are_refused() {
@@ -57,7 +60,77 @@ fn settings_and_scenes_out_of_range_are_refused() {
         width: 1 << 16,
         height: 1 << 16,
     };
-    assert!(PhotonMapper::new(&Scene { film, ..scene }, &good).is_err());
+    let large = |film| Scene {
+        film,
+        ..scene.clone()
+    };
+    assert!(PhotonMapper::new(&large(film), &good).is_err());
+    // Four samples a pixel of 2¹² × 2¹² are the most.
+    let most = FilmSize {
+        width: 1 << 12,
+        height: 1 << 12,
+    };
+    assert!(good.spp == 4 && PhotonMapper::new(&large(most), &good).is_ok());
+    let beyond = FilmSize {
+        height: most.height + 1,
+        ..most
+    };
+    assert!(PhotonMapper::new(&large(beyond), &good).is_err());
+}
+
+#[test]
+fn every_phase_of_a_pass_takes_time_and_has_its_name() {
+    let settings = settings(Integrator::Ppm, 1000, RADIUS);
+    let scene = nadir(0.5);
+    let mut mapper = PhotonMapper::new(&scene, &settings).expect("a scene for photons");
+    let mut phases = Phases::default();
+    mapper.pass(0, &mut Film::new(scene.film), &mut phases);
+    let Phases {
+        camera,
+        trace,
+        build,
+        gather,
+    } = phases;
+    assert!(
+        [camera, trace, build, gather]
+            .iter()
+            .all(|&time| time > 0.0)
+    );
+    assert_eq!(
+        phases.named(),
+        [
+            ("camera", camera),
+            ("trace", trace),
+            ("build", build),
+            ("gather", gather)
+        ]
+    );
+}
+
+/// A pass traces its photons in batches; each photon counts once, whatever the batch.
+#[test]
+fn a_pass_of_more_photons_than_a_batch_gathers_each_once() {
+    let scene = nadir(0.5);
+    let photons = (1 << 18) + 50_000;
+    let settings = Settings {
+        spp: 1,
+        ..settings(Integrator::Ppm, photons, RADIUS)
+    };
+    let mut mapper = PhotonMapper::new(&scene, &settings).expect("a scene for photons");
+    let mut film = Film::new(scene.film);
+    let work = mapper.pass(0, &mut film, &mut Phases::default());
+    let center = mapper.hit_points()[0].point;
+    let all = trace(&scene, settings.seed, 0, photons, None);
+    let within = |point: &&DVec3| (**point - center).length_squared() <= RADIUS * RADIUS;
+    let found = all.points.iter().filter(within).count();
+    assert!(found > 5000);
+    assert_eq!(work.photons_gathered, found as u64);
+    assert_eq!(work.photon_paths, photons);
+    assert_eq!(work.photons_stored, all.points.len() as u64);
+    // Each brings 4π W over the photons: radiance ρ/π Σ Φ/(π r² photons).
+    let flux = found as f64 * 4.0 * PI / photons as f64;
+    let expected = 0.5 / PI * flux / (PI * RADIUS * RADIUS);
+    assert!((film.pixels()[0].mean().x / expected - 1.0).abs() < 1e-12);
 }
 
 #[test]

@@ -7,3 +7,4 @@ mod limits;
 mod nadir;
 mod rooms;
 mod scenes;
+mod view;

@@ -4,13 +4,15 @@
 //! The crossings with a piece are the zeros of f(u) = d_y² r² − |q|² of degree 6, q = (o_x, o_z) d_y + (h − o_y) (d_x, d_z). Its
 //! graph (u, f(u)) is a planar Bezier curve with the control points (i/6, fᵢ), which lies in their convex hull; where the hull
 //! does not meet the axis there is no root, and elsewhere the curve is clipped to the part of u where it does, again and again.
-//! A part that shrinks by less than [`LEAST_GAIN`] may hold several roots and is halved. A part narrower than the tolerance is a
+//! A part that shrinks by less than `LEAST_GAIN` may hold several roots and is halved. A part narrower than the tolerance is a
 //! root, and t = (h − o_y)/d_y.
 //!
 //! **Known failures**, kept because they are what is studied. A level ray (d_y = 0) has no t and is always missed. Near level f
 //! is almost −|q|², a square whose two roots lie d_y apart: below |d_y| ~ 10⁻⁸ they drown in rounding and are missed, invented or
 //! confused, and t loses digits like ε/d_y. A tangency is noise: it gives none, one or two roots. A root on a joint is found by
-//! one piece, both or none, because both round f differently. A root whose part ends at a bisection point may be told twice.
+//! one piece, both or none, because both round f differently. A root whose part ends at a bisection point may be told twice. Where
+//! f is flat, the rounding of a clip may cut off a simple root: on the cup 1 ray in 20,000 loses a sheet at a tolerance of 10⁻⁶,
+//! 4 at 10⁻¹², 6 at 10⁻¹⁴.
 
 use crate::geometry::hit::Crossing;
 use crate::geometry::profile::{Piece, Profile};

@@ -349,6 +349,84 @@ mod tests {
         }
     }
 
+    /// A tube fills its bounding cylinder, so some point of its rims touches every face of the world bounds.
+    #[test]
+    fn world_bounds_touch_a_tube_on_every_side() {
+        let wall = [0.0, 1.0, 2.0, 3.0].map(|h| [1.5, 0.5 * h - 0.2]);
+        let profile = Profile::new(vec![Piece::new(wall)]).expect("one piece");
+        let axis = DVec3::new(1.0, 2.0, 3.0);
+        for placement in [
+            Placement::identity(),
+            Placement::new(DVec3::new(3.0, -2.0, 5.0), axis, 40.0, 2.5),
+        ] {
+            let tube = Revolution::new(profile.clone(), placement);
+            let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            for height in [-0.2, 1.3] {
+                for turn in 0..720_u16 {
+                    let theta = f64::from(turn).to_radians() / 2.0;
+                    let rim = DVec3::new(1.5 * libm::sin(theta), height, 1.5 * libm::cos(theta));
+                    let world = placement.point_to_world(rim);
+                    (min, max) = (min.min(world), max.max(world));
+                }
+            }
+            let bounds = tube.bounds();
+            assert!(close(bounds.min, min, 1e-4) && close(bounds.max, max, 1e-4));
+        }
+    }
+
+    #[test]
+    fn texture_coordinates_are_azimuth_and_place_along_the_profile() {
+        let hourglass = Revolution::new(Profile::hourglass(), Placement::identity());
+        for (direction, s) in [
+            (DVec3::Z, 0.0),
+            (DVec3::X, 0.25),
+            (-DVec3::Z, 0.5),
+            (-DVec3::X, 0.75),
+        ] {
+            let ray = Ray::new(9.0 * direction, -direction);
+            let crossing = Crossing {
+                t: 8.8,
+                piece: 2,
+                u: 0.25,
+            };
+            let hit = hourglass.hit(&ray, crossing);
+            assert!((hit.st - DVec2::new(s, 2.25 / 6.0)).length() < 1e-15);
+            assert!((hit.theta - s * std::f64::consts::TAU).abs() < 1e-14);
+            assert_eq!((hit.u, hit.piece, hit.t), (0.25, 2, 8.8));
+        }
+    }
+
+    #[test]
+    fn the_azimuth_survives_tiny_and_huge_distances_and_is_zero_on_the_axis() {
+        for size in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
+            let (sin, cos) = meridian(3.0 * size, -4.0 * size);
+            assert!((sin - 0.6).abs() < 1e-15 && (cos + 0.8).abs() < 1e-15);
+        }
+        for (x, z) in [(0.0, 0.0), (f64::INFINITY, 1.0), (0.0, f64::NEG_INFINITY)] {
+            assert_eq!(meridian(x, z), (0.0, 1.0));
+        }
+    }
+
+    /// Some tens of roundings of the size, the scaled one and that of the translation: not nothing, and not visible.
+    #[test]
+    fn the_error_of_a_point_grows_with_scale_and_translation() {
+        for (scale, moved) in [
+            (1.0, 0.0),
+            (1e3, 0.0),
+            (1e-3, 1.0),
+            (1.0, 1e6),
+            (7.0, 100.0),
+        ] {
+            let translate = DVec3::new(0.1 * moved, -moved, 0.0);
+            let placement = Placement::new(translate, DVec3::Y, 0.0, scale);
+            let cup = Revolution::new(Profile::cup(), placement);
+            let (own, shift) = (scale * (3.8 + 2.2), moved);
+            let least = f64::EPSILON * (16.0 * own + 2.0 * shift);
+            let most = f64::EPSILON * (64.0 * own + 8.0 * shift);
+            assert!((least..most).contains(&cup.error), "{scale} {moved}");
+        }
+    }
+
     #[test]
     fn world_bounds_hold_the_surface() {
         let placement = Placement::new(

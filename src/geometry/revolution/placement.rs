@@ -114,6 +114,16 @@ mod tests {
     }
 
     #[test]
+    fn a_turn_of_any_number_of_degrees_has_its_sine_and_cosine() {
+        for degrees in (-800..800).step_by(7).map(f64::from) {
+            let (sin, cos) = sin_cos_degrees(degrees);
+            let angle = degrees.to_radians();
+            assert!((sin - libm::sin(angle)).abs() < 1e-14, "sin {degrees}°");
+            assert!((cos - libm::cos(angle)).abs() < 1e-14, "cos {degrees}°");
+        }
+    }
+
+    #[test]
     fn a_ray_and_its_image_meet_at_the_same_parameter() {
         let placement = Placement::new(DVec3::new(1.0, 2.0, 3.0), DVec3::ONE, 70.0, 4.0);
         let ray = Ray::new(DVec3::new(-5.0, 0.5, 2.0), DVec3::new(1.0, 2.0, -0.5));

@@ -61,7 +61,7 @@ impl KdTree {
 
 #[cfg(test)]
 mod tests {
-    use super::super::node_count;
+    use super::super::{contains, node_count};
     use super::*;
     use crate::index::Balls;
     use crate::numeric::rng::{Purpose, Stream};
@@ -98,6 +98,91 @@ mod tests {
             .expect("a leaf");
         tree.nodes[leaf].max.x = tree.nodes[leaf].max.x.next_down();
         assert!(tree.check(Split::Widest).is_err());
+    }
+
+    #[test]
+    fn the_check_refuses_a_tree_that_is_deeper_than_its_bound() {
+        let blank = KdTree::new(&Balls::default(), Split::Cycle).nodes[0];
+        // A chain: each left child is empty, the last right child holds the only ball, whose bound is two levels.
+        let chain = |levels: u32| {
+            let mut tree = KdTree::new(&scattered(1), Split::Cycle);
+            let leaf = tree.nodes[0];
+            let inner = Node { right: 2, ..leaf };
+            tree.nodes.clear();
+            for _ in 1..levels {
+                tree.nodes.extend([inner, blank]);
+            }
+            tree.nodes.push(leaf);
+            tree
+        };
+        assert_eq!([1, 2, 3].map(|levels| chain(levels).depth()), [1, 2, 3]);
+        assert_eq!(
+            [1, 2, 3].map(|levels| chain(levels).check(Split::Cycle).is_ok()),
+            [true, true, false]
+        );
+    }
+
+    #[test]
+    fn the_check_refuses_a_leaf_that_is_too_large() {
+        let tree = |n| {
+            let mut tree = KdTree::new(&scattered(n), Split::Cycle);
+            tree.nodes.truncate(1);
+            tree.nodes[0].right = 0;
+            tree
+        };
+        assert!(tree(LEAF).check(Split::Cycle).is_ok());
+        assert!(tree(LEAF + 1).check(Split::Cycle).is_err());
+    }
+
+    #[test]
+    fn the_widest_axis_is_that_of_the_greatest_extent_and_the_first_of_equals() {
+        for (size, axis) in [
+            ([3.0, 2.0, 1.0], 0),
+            ([3.0, 1.0, 2.0], 0),
+            ([2.0, 3.0, 1.0], 1),
+            ([1.0, 3.0, 2.0], 1),
+            ([2.0, 1.0, 3.0], 2),
+            ([1.0, 2.0, 3.0], 2),
+            ([2.0, 2.0, 1.0], 0),
+            ([2.0, 1.0, 2.0], 0),
+            ([1.0, 2.0, 2.0], 1),
+            ([1.0, 1.0, 1.0], 0),
+        ] {
+            assert_eq!(widest(DVec3::from_array(size)), axis, "{size:?}");
+        }
+    }
+
+    /// A looser box would give the same answers with more work.
+    #[test]
+    fn a_box_holds_its_border_and_nothing_beyond() {
+        let (min, max) = (DVec3::new(-1.0, -2.0, -3.0), DVec3::new(1.0, 2.0, 3.0));
+        let middle = DVec3::new(0.5, 0.5, 0.5);
+        assert!(contains(min, max, middle));
+        for axis in 0..3 {
+            for (bound, beyond) in [(min, min[axis].next_down()), (max, max[axis].next_up())] {
+                let mut point = middle;
+                point[axis] = bound[axis];
+                assert!(contains(min, max, point), "{point}");
+                point[axis] = beyond;
+                assert!(!contains(min, max, point), "{point}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_box_of_a_ball_is_larger_by_roundings_only() {
+        for (center, radius) in [(0.0, 1.0), (7.0, 0.25), (-1e9, 3e4), (0.0, 1e-150)] {
+            let (min, max) = ball_box(DVec3::splat(center), radius * radius);
+            let slack = 16.0 * f64::EPSILON * (radius + center.abs()) + 1e-160;
+            for axis in 0..3 {
+                let (low, high) = (center - radius - min[axis], max[axis] - center - radius);
+                assert!(low >= 0.0 && low <= slack, "{low} at {center} ± {radius}");
+                assert!(
+                    high >= 0.0 && high <= slack,
+                    "{high} at {center} ± {radius}"
+                );
+            }
+        }
     }
 
     #[test]

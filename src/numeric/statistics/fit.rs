@@ -33,7 +33,7 @@ impl Fit {
 /// `None` with fewer than three points, without two different x, or with a weight or value that is not finite or a weight that
 /// is not positive. Points must be independent: levels nested in one run are not.
 pub fn fit_line(points: &[(f64, f64, f64)]) -> Option<Fit> {
-    let usable = |&(x, y, w): &(f64, f64, f64)| (x + y + w).is_finite() && w > 0.0;
+    let usable = |&(x, y, w): &(f64, f64, f64)| [x, y, w].iter().all(|v| v.is_finite()) && w > 0.0;
     if points.len() < 3 || !points.iter().all(usable) {
         return None;
     }

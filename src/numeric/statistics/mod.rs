@@ -112,7 +112,11 @@ mod tests {
     }
 
     #[test]
-    fn one_value_has_no_variance() {
+    fn one_value_has_no_variance_and_two_have_one() {
         assert!(Moments::of([2.0]).variance().is_nan());
+        assert!(Moments::of([2.0]).standard_error().is_nan());
+        let two = Moments::of([2.0, 6.0]);
+        assert_eq!((two.variance(), two.standard_error()), (8.0, 2.0));
+        assert_eq!((two.count(), two.mean()), (2, 4.0));
     }
 }

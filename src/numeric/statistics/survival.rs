@@ -60,4 +60,17 @@ mod tests {
         assert!(survival_exponent(&[(10.0, 5.0), (20.0, 0.0)]).is_none());
         assert!(survival_exponent(&[]).is_none());
     }
+
+    /// 25 of 100 survive a doubling: exponent −2, and by the binomial law an error of √((1 − p)/(100 p))/ln 2 with p = ¼.
+    #[test]
+    fn one_step_has_the_error_of_a_binomial_share() {
+        let (exponent, error) = survival_exponent(&[(1.0, 100.0), (2.0, 25.0)]).unwrap();
+        assert!((exponent + 2.0).abs() < 1e-9, "{exponent}");
+        assert!((error * std::f64::consts::LN_2 - 0.03_f64.sqrt()).abs() < 1e-9);
+        assert!(survival_exponent(&[(1.0, 100.0), (2.0, 100.0)]).is_none());
+        // Where nothing is left to fail, nothing more is learnt.
+        let some = survival_exponent(&[(1.0, 9.0), (2.0, 4.0), (4.0, 0.0)]);
+        let more = survival_exponent(&[(1.0, 9.0), (2.0, 4.0), (4.0, 0.0), (8.0, 0.0)]);
+        assert!(some.is_some() && some == more);
+    }
 }

@@ -116,6 +116,21 @@ mod tests {
     }
 
     #[test]
+    fn a_schedule_may_be_asked_for_any_pass_in_any_order() {
+        let in_order: Vec<f64> = {
+            let mut schedule = Schedule::new(Rule::Global, 0.7);
+            (0..9).map(|pass| schedule.shrink(pass)).collect()
+        };
+        let mut schedule = Schedule::new(Rule::Global, 0.7);
+        for pass in [8, 3, 3, 5, 0, 1, 8] {
+            assert_eq!(schedule.shrink(pass), in_order[pass as usize], "{pass}");
+        }
+        for rule in [Rule::Local, Rule::Constant] {
+            assert_eq!(Schedule::new(rule, 0.7).shrink(5), 1.0);
+        }
+    }
+
+    #[test]
     fn the_mean_square_radius_of_the_global_schedule_has_its_closed_form() {
         for alpha in [0.5, 2.0 / 3.0, 0.75] {
             let n = 50;

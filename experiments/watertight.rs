@@ -86,7 +86,11 @@ fn rays(campaign: &str, surface: &str, effort: Effort) -> u64 {
         "inside" => [120_000, 4_000_000, 1_000_000_000],
         _ => [400_000, 10_000_000, 1_000_000_000],
     });
-    if surface == "cup" { of_cup } else { of_cup / 16 }
+    if surface == "cup" {
+        of_cup
+    } else {
+        of_cup / 16
+    }
 }
 
 /// Far away, turned, and smaller: coordinates round to 1e-10.

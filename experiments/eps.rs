@@ -46,7 +46,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "pixels_changed",
     ],
     timed: false,
-    cpu_seconds: [2.0, 75.0, 1900.0],
+    cpu_seconds: [4.5, 130.0, 2400.0],
     plan,
     execute,
     conclude,
@@ -214,7 +214,7 @@ fn compare_pictures(
     work: &mut Work,
 ) {
     let width = effort.of(match setting.solver {
-        Solver::Newton(_) => [32, 128, 256],
+        Solver::Newton(_) => [20, 96, 256],
         _ => [96, 384, 1024],
     });
     let mut trace = |solver, start| picture::trace(cup, solver, start, width, seed, work);

@@ -421,8 +421,12 @@ fn deep_nesting_is_refused() {
 #[test]
 fn every_scene_of_the_repository_loads() {
     let mut count = 0;
-    for entry in std::fs::read_dir("scenes").unwrap() {
-        let path = entry.unwrap().path();
+    let entries = ["scenes", "scenes/hard"].map(|folder| std::fs::read_dir(folder).unwrap());
+    let paths = entries
+        .into_iter()
+        .flatten()
+        .map(|entry| entry.unwrap().path());
+    for path in paths.filter(|path| path.is_file()) {
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("# "), "{path:?} opens with a comment");
         assert!(
@@ -433,7 +437,7 @@ fn every_scene_of_the_repository_loads() {
         assert!(!scene.lights.dark(), "{path:?} is lit");
         count += 1;
     }
-    assert!(count >= 11);
+    assert!(count >= 17);
 }
 
 fn config() -> ProptestConfig {

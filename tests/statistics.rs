@@ -166,18 +166,19 @@ fn exact_intervals_are_those_of_scipy() {
 }
 
 /// 1 − .05^(1/n): Clopper and Pearson's one-sided bound, near 3/n (rule of three) for large n.
-/// For no hit the interval ends at 1 − .025^(1/n), for all hits it starts at .025^(1/n).
+/// For no hit the interval ends at 1 − .025^(1/n), for all hits it starts at .025^(1/n). Logarithms of Γ(10⁹), about 2·10¹⁰, are
+/// rounded to 4·10⁻⁶, which moves a limit by about 10⁻⁶ of itself.
 #[test]
 fn intervals_of_rates_end_for_millions_of_trials() {
     for n in [1, 10, 8_000_000, 1_000_000_000_u64] {
         let end = -libm::expm1(libm::log(0.025) / n as f64);
-        close(binomial_interval(0, n, 0.95).1, end, 1e-7);
+        close(binomial_interval(0, n, 0.95).1, end, 2e-6);
         close(binomial_interval(n, n, 0.95).0, 1.0 - end, 1e-7);
     }
     // Poisson's limit of one hit: (.0253178, 5.5716434)/n.
     let (low, high) = binomial_interval(1, 1_000_000_000, 0.95);
     close(low, 0.025_317_8e-9, 1e-5);
-    close(high, 5.571_643_4e-9, 1e-6);
+    close(high, 5.571_643_4e-9, 1e-5);
 }
 
 #[test]

@@ -421,7 +421,7 @@ mod tests {
         };
         let picture = |offset: f64, ratio: f64, changed: u64| {
             let names = values(["bernstein", "picture"]);
-            let counts = values([5000_u64, 0, 0, 1000, changed]);
+            let counts = values([5000_u64, 0, 0, 10_000, changed]);
             [names, values([1.0, offset, ratio]), counts].concat()
         };
         EXPERIMENT.table(vec![
@@ -430,9 +430,9 @@ mod tests {
             row("bernstein", "leave", [1e-13, 4.0], [0, leaks_at_leave]),
             row("bernstein", "surface", [1e-6, 1e7], [0, 0]),
             row("bernstein", "surface", [0.3, 1e13], [0, 400]),
-            picture(0.0, 0.0, 300),
+            picture(0.0, 0.0, 3000),
             picture(1e-13, 4.0, changed_at_leave),
-            picture(0.3, 1e13, 200),
+            picture(0.3, 1e13, 2000),
         ])
     }
 

@@ -22,6 +22,8 @@ pub(super) struct Contestant {
 
 enum Way {
     Ours(Solver),
+    /// The default solver on all rays at once.
+    Batch,
     Library(Library),
 }
 
@@ -51,6 +53,15 @@ pub(super) fn contestants(surface: &Revolution, family: Family) -> Vec<Contestan
         library(LIBRARY, 1e-14),
         library("polycool-default", 6e-7),
     ];
+    all.insert(
+        1,
+        Contestant {
+            name: BATCH,
+            starts: 0,
+            tolerance: ROUNDING,
+            way: Way::Batch,
+        },
+    );
     let starts: &[u32] = match family {
         Family::Random => &[3, 10, 30, 100],
         _ => &[30],
@@ -74,6 +85,8 @@ pub(super) fn contestants(surface: &Revolution, family: Family) -> Vec<Contestan
 
 /// The default solver, a ray at a time.
 pub(super) const BERNSTEIN: &str = "bernstein";
+/// The same in batches.
+pub(super) const BATCH: &str = "bernstein-batch";
 /// Newton's method from random starts.
 pub(super) const NEWTON: &str = "newton";
 /// The general root finder at its best accuracy.
@@ -87,12 +100,16 @@ impl Contestant {
         rays: &[Ray],
         work: &mut Work,
     ) -> Vec<Option<f64>> {
-        let rays = rays.iter();
         match &self.way {
-            Way::Ours(solver) => rays
+            Way::Ours(solver) => (rays.iter())
                 .map(|ray| surface.nearest(ray, solver, work).map(|c| c.t))
                 .collect(),
-            Way::Library(library) => rays.map(|ray| library.nearest(ray)).collect(),
+            Way::Batch => {
+                let mut found = vec![None; rays.len()];
+                surface.nearest_many(rays, &mut found, work);
+                found.iter().map(|found| found.map(|c| c.t)).collect()
+            }
+            Way::Library(library) => rays.iter().map(|ray| library.nearest(ray)).collect(),
         }
     }
 }

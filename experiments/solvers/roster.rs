@@ -106,7 +106,7 @@ impl Contestant {
                 .collect(),
             Way::Batch => {
                 let mut found = vec![None; rays.len()];
-                surface.nearest_many(rays, &mut found, work);
+                surface.nearest_many(rays, &Solver::Bernstein, &mut found, work);
                 found.iter().map(|found| found.map(|c| c.t)).collect()
             }
             Way::Library(library) => rays.iter().map(|ray| library.nearest(ray)).collect(),

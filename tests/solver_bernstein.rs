@@ -1,5 +1,7 @@
 //! The Bernstein solver against the exact one, closed forms and planted answers.
 
+#[path = "solver/batch.rs"]
+mod batch;
 #[path = "solver/cases.rs"]
 mod cases;
 #[path = "solver/more_cases.rs"]

@@ -42,6 +42,26 @@ impl Shape {
         }
     }
 
+    /// The nearest crossing of each ray, to the bit as [`Shape::nearest`] gives it.
+    ///
+    /// # Panics
+    /// If `found` is shorter than `rays`.
+    pub fn nearest_many(
+        &self,
+        rays: &[Ray],
+        solver: &Solver,
+        found: &mut [Option<Crossing>],
+        work: &mut Work,
+    ) {
+        if let Self::Revolution(shape) = self {
+            work.surface_tests += rays.len() as u64;
+            return shape.nearest_many(rays, solver, found, work);
+        }
+        for (ray, found) in rays.iter().zip(&mut found[..rays.len()]) {
+            *found = self.nearest(ray, solver, work);
+        }
+    }
+
     /// Every crossing inside the ray's open range, by rising t. A tangency counts once.
     pub fn crossings(&self, ray: &Ray, solver: &Solver, work: &mut Work) -> Vec<Crossing> {
         work.surface_tests += 1;

@@ -4,5 +4,6 @@ pub mod clock;
 pub mod exact;
 pub mod polynomial;
 pub mod rng;
+pub mod simd;
 pub mod statistics;
 pub mod work;

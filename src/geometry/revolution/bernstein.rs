@@ -18,24 +18,34 @@
 //! 1e-13 (relative) of a tangency, of a joint, of the axis at a cap, or of an end of its range. A ray that runs inside a flat piece,
 //! along a generator of a cone or inside a cylinder's wall does not hit that piece; pieces on the axis are not surfaces.
 
+mod batch;
+mod certainty;
 mod isolate;
 mod joint;
 mod level;
 mod line;
+mod queue;
+mod refine;
+mod solve;
 
-use super::super::bounds::cubic_range;
+use super::super::bounds::{Cylinder, cubic_range};
 use super::super::hit::Crossing;
 use super::super::profile::{Piece, Profile};
 use super::super::ray::Ray;
-use crate::numeric::polynomial::{cubic, cubic_extrema, elevate, product};
+use crate::numeric::polynomial::{cubic_extrema, elevate, product};
+use crate::numeric::simd::Vectors;
 use crate::numeric::work::Work;
-use isolate::{Bracket, isolate, refine};
-use joint::isolate_at_joint;
-use line::Line;
+use batch::Many;
+pub use certainty::Certainty;
+use line::{Line, halves};
+use solve::{All, Nearest};
 
 /// The f64 solver cannot tell hit from miss, or one side of the range's end from the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undecided;
+
+/// The nearest crossing of a ray, if it is known.
+pub type Answer = Result<Option<Crossing>, Undecided>;
 
 /// A profile made ready: scaled by a power of two to the size 1, centred in height, with the coefficients that no ray changes.
 #[derive(Clone, Debug)]
@@ -48,11 +58,18 @@ pub struct Prepared {
     /// Height that is 0 after centring.
     middle: f64,
     /// Lengths are divided by 2 to this power.
-    exponent: i32,
+    exponent: i64,
+    /// The product of both is 2 to minus that power.
+    shrink: [f64; 2],
     /// Greatest control radius after scaling.
     radius: f64,
     /// Greatest control height after centring and scaling.
     height: f64,
+    /// Greatest radius and least and greatest height of the surface, and whether rays that pass them by are culled.
+    cylinder: Cylinder,
+    culls: bool,
+    /// The instructions to use.
+    vectors: Vectors,
 }
 
 /// Seven Bernstein coefficients, the last one twice: an even count suits vector registers.
@@ -60,28 +77,53 @@ type Padded = [f64; 8];
 
 /// One piece, scaled and centred.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 struct PreparedPiece {
-    index: u32,
-    radius: [f64; 4],
-    height: [f64; 4],
     radius_squared: Padded,
     height_squared: Padded,
     height_raised: Padded,
+    curve: Cubics,
     bottom: f64,
     top: f64,
+    /// Greatest radius.
+    widest: f64,
+    index: u32,
     flat: bool,
+    slope: Slope,
+    /// Places in the orders of rays that climb and that descend.
+    ranks: [usize; 2],
     /// Places of the pieces that share the start and the end.
     neighbours: [Option<usize>; 2],
-    /// Parameters 0, the extrema of h, 1.
-    breaks: Vec<f64>,
+    /// Parameters 0, the extrema of h, 1, the last one repeated.
+    breaks: [f64; 4],
     /// Bound of |h″|.
     bend: f64,
     /// Bound of |(r²)′|.
     spread: f64,
 }
 
+/// How the heights of a piece run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Slope {
+    /// They never fall.
+    Rises,
+    /// They never rise.
+    Falls,
+    /// Their control values do both.
+    Turns,
+}
+
+/// r and h in Bernstein form, for values exact at the ends, and as powers of u, for quick ones.
+#[derive(Clone, Debug)]
+struct Cubics {
+    radius: [f64; 4],
+    height: [f64; 4],
+    radius_powers: [f64; 4],
+    height_powers: [f64; 4],
+}
+
 /// A root: the curve there, and the ray's parameter in scaled units.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Root {
     u: f64,
     t: f64,
@@ -98,7 +140,10 @@ impl Prepared {
         let high = heights().fold(f64::NEG_INFINITY, f64::max);
         let middle = 0.5 * low + 0.5 * high;
         let (radius, _) = profile.control_size();
-        let exponent = line::exponent(radius.max(high - middle));
+        let exponent = match radius.max(high - middle) {
+            0.0 => 0,
+            size => libm::ilogb(size),
+        };
         let scaled = |x: f64| libm::scalbn(x, -exponent);
         let mut pieces: Vec<PreparedPiece> = (0..)
             .zip(profile.pieces())
@@ -112,83 +157,103 @@ impl Prepared {
             })
             .collect();
         link(&mut pieces);
+        let cylinder = Cylinder {
+            radius: pieces
+                .iter()
+                .fold(0.0, |most, piece| piece.widest.max(most)),
+            bottom: pieces
+                .iter()
+                .fold(f64::INFINITY, |least, piece| piece.bottom.min(least)),
+            top: pieces
+                .iter()
+                .fold(f64::NEG_INFINITY, |most, piece| piece.top.max(most)),
+        };
         let order = |key: &dyn Fn(&PreparedPiece) -> f64| {
             let mut order: Vec<usize> = (0..pieces.len()).collect();
             order.sort_by(|&a, &b| key(&pieces[a]).total_cmp(&key(&pieces[b])));
             order
         };
+        let (rising, falling) = (order(&|piece| piece.bottom), order(&|piece| -piece.top));
+        for (rank, (&up, &down)) in rising.iter().zip(&falling).enumerate() {
+            pieces[up].ranks[0] = rank;
+            pieces[down].ranks[1] = rank;
+        }
         Self {
-            rising: order(&|piece| piece.bottom),
-            falling: order(&|piece| -piece.top),
+            rising,
+            falling,
             middle,
-            exponent,
+            exponent: exponent.into(),
+            shrink: halves((-exponent).into()),
             radius: scaled(radius),
             height: scaled(high - middle).max(scaled(middle - low)),
+            cylinder,
+            culls: true,
+            vectors: Vectors::best(),
             pieces,
         }
     }
 
-    /// The nearest crossing inside the range of a ray in the profile's own frame. `interval` holds every crossing of the ray.
+    /// The nearest crossing inside the range of a ray in the profile's own frame. The ray must be valid.
     ///
     /// # Errors
     /// [`Undecided`]: ask the exact solver.
-    pub fn nearest(
+    #[inline]
+    pub fn nearest(&self, ray: &Ray, work: &mut Work) -> Answer {
+        self.vectors.run(Nearest {
+            prepared: self,
+            ray,
+            work,
+        })
+    }
+
+    /// As [`Prepared::nearest`] for each ray, to the bit, with several rays in the lanes of vector registers. `found` is as long as
+    /// `rays`; the numbers of the undecided rays are appended to `undecided`. Rays that are not valid find nothing.
+    pub fn nearest_many(
         &self,
-        ray: &Ray,
-        interval: (f64, f64),
+        rays: &[Ray],
+        found: &mut [Option<Crossing>],
+        undecided: &mut Vec<usize>,
         work: &mut Work,
-    ) -> Result<Option<Crossing>, Undecided> {
-        let line = Line::new(self, ray, interval)?;
-        let mut best: Option<(u32, Root)> = None;
-        let mut steps = 0;
-        for &place in self.order(&line) {
-            let piece = &self.pieces[place];
-            if best.is_some_and(|(_, root)| line.meets_later(piece, &root)) {
-                break;
-            }
-            if line.misses_heights(piece) {
-                continue;
-            }
-            line.solve(&self.pieces, place, &mut steps, &mut |root| {
-                if line.in_range(&root)? && best.is_none_or(|(_, found)| root.t < found.t) {
-                    best = Some((piece.index, root));
-                }
-                Ok(())
-            })?;
-        }
-        work.solver_iterations += steps;
-        Ok(best.map(|(piece, root)| line.crossing(piece, &root)))
+    ) {
+        self.vectors.run(Many {
+            prepared: self,
+            rays,
+            found,
+            undecided,
+            work,
+        });
+    }
+
+    /// Whether the tight cylinder culls rays here, and is counted, or the caller has done so.
+    pub fn culls(&self) -> bool {
+        self.culls
+    }
+
+    /// The same with or without culling.
+    #[must_use]
+    pub fn culling(self, culls: bool) -> Self {
+        Self { culls, ..self }
+    }
+
+    /// The same with these instructions instead of the best.
+    #[must_use]
+    pub fn with_vectors(self, vectors: Vectors) -> Self {
+        Self { vectors, ..self }
     }
 
     /// Every crossing inside the range, by rising t; otherwise as [`Prepared::nearest`].
     ///
     /// # Errors
     /// [`Undecided`]: ask the exact solver.
-    pub fn crossings(
-        &self,
-        ray: &Ray,
-        interval: (f64, f64),
-        work: &mut Work,
-    ) -> Result<Vec<Crossing>, Undecided> {
-        let line = Line::new(self, ray, interval)?;
-        let mut found = Vec::new();
-        let mut steps = 0;
-        for (place, piece) in self.pieces.iter().enumerate() {
-            if line.misses_heights(piece) {
-                continue;
-            }
-            line.solve(&self.pieces, place, &mut steps, &mut |root| {
-                if line.in_range(&root)? {
-                    found.push(line.crossing(piece.index, &root));
-                }
-                Ok(())
-            })?;
-        }
-        work.solver_iterations += steps;
-        found.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.piece.cmp(&b.piece)));
-        Ok(found)
+    pub fn crossings(&self, ray: &Ray, work: &mut Work) -> Result<Vec<Crossing>, Undecided> {
+        self.vectors.run(All {
+            prepared: self,
+            ray,
+            work,
+        })
     }
 
+    #[inline(always)]
     fn order(&self, line: &Line) -> &[usize] {
         if line.climbs() {
             &self.rising
@@ -196,6 +261,16 @@ impl Prepared {
             &self.falling
         }
     }
+}
+
+/// The coefficients of 1, u, u², u³.
+fn powers([a, b, c, d]: &[f64; 4]) -> [f64; 4] {
+    [
+        *a,
+        3.0 * (b - a),
+        3.0 * ((c - b) - (b - a)),
+        (d - c) - 2.0 * (c - b) + (b - a),
+    ]
 }
 
 impl PreparedPiece {
@@ -206,23 +281,39 @@ impl PreparedPiece {
             padded
         };
         let (bottom, top) = cubic_range(&piece.height);
-        let mut breaks = vec![0.0];
-        breaks.extend(cubic_extrema(&piece.height));
-        breaks.push(1.0);
+        let (inner, outer) = cubic_range(&piece.radius);
+        let mut breaks = [1.0; 4];
+        breaks[0] = 0.0;
+        for (place, u) in breaks[1..3].iter_mut().zip(cubic_extrema(&piece.height)) {
+            *place = u;
+        }
         let [h0, h1, h2, h3] = piece.height;
         let bend = 6.0 * (h2 - 2.0 * h1 + h0).abs().max((h3 - 2.0 * h2 + h1).abs());
         let size = piece.radius.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
         let steps = piece.radius.windows(2).map(|w| (w[1] - w[0]).abs());
         Self {
             index,
-            radius: piece.radius,
-            height: piece.height,
+            curve: Cubics {
+                radius: piece.radius,
+                height: piece.height,
+                radius_powers: powers(&piece.radius),
+                height_powers: powers(&piece.height),
+            },
             radius_squared: raised(&product(&piece.radius, &piece.radius)),
             height_squared: raised(&product(&piece.height, &piece.height)),
             height_raised: raised(&piece.height),
             bottom,
             top,
+            widest: inner.abs().max(outer.abs()),
             flat,
+            slope: if piece.height.is_sorted() {
+                Slope::Rises
+            } else if piece.height.is_sorted_by(|a, b| a >= b) {
+                Slope::Falls
+            } else {
+                Slope::Turns
+            },
+            ranks: [0; 2],
             neighbours: [None; 2],
             breaks,
             bend,
@@ -236,71 +327,12 @@ fn link(pieces: &mut [PreparedPiece]) {
     for from in 0..pieces.len() {
         let to = (from + 1) % pieces.len();
         let (a, b) = (&pieces[from], &pieces[to]);
-        let meet = a.radius[3] == b.radius[0] && a.height[3] == b.height[0];
+        let (end, start) = (&a.curve, &b.curve);
+        let meet = end.radius[3] == start.radius[0] && end.height[3] == start.height[0];
         // Consecutive in the profile too: a piece on the axis, which is not here, may lie between them.
         if meet && (a.index + 1 == b.index || to == 0) {
             pieces[from].neighbours[1] = Some(to);
             pieces[to].neighbours[0] = Some(from);
         }
-    }
-}
-
-impl Line {
-    /// Reports every root of the ray with one piece, wherever in t it lies.
-    #[inline]
-    fn solve(
-        &self,
-        pieces: &[PreparedPiece],
-        place: usize,
-        steps: &mut u64,
-        found: &mut impl FnMut(Root) -> Result<(), Undecided>,
-    ) -> Result<(), Undecided> {
-        let piece = &pieces[place];
-        if piece.flat {
-            return self.solve_flat(piece, steps, found);
-        }
-        if self.is_nearly_level() {
-            let mut roots = level::Roots::default();
-            if level::solve(self, piece, steps, &mut roots).is_ok() {
-                return roots.iter().try_for_each(|root| found(*root));
-            }
-        }
-        if self.is_level() {
-            return Err(Undecided);
-        }
-        let c = self.coefficients(piece);
-        let mut report = |bracket: Bracket| {
-            let u = refine(&bracket, steps, |u| self.value(piece, u));
-            found(self.root_at(piece, u))
-        };
-        if c[0].abs() <= self.error || c[6].abs() <= self.error {
-            return isolate_at_joint(&c, self.error, &mut report, |side| {
-                let neighbour = &pieces[piece.neighbours[side]?];
-                (!neighbour.flat).then(|| self.coefficients(neighbour))
-            });
-        }
-        isolate(&c, self.error, &mut report)
-    }
-
-    /// A flat piece: t is known, and r² = |o + t d|² in the plane remains. A ray in the plane has no hit.
-    fn solve_flat(
-        &self,
-        piece: &PreparedPiece,
-        steps: &mut u64,
-        found: &mut impl FnMut(Root) -> Result<(), Undecided>,
-    ) -> Result<(), Undecided> {
-        let height = piece.height[0];
-        let Some((t, distance, error)) = self.plane(height) else {
-            return Ok(());
-        };
-        let square = distance * distance;
-        let c = piece.radius_squared.map(|r2| r2 - square);
-        isolate(&c, error, &mut |bracket: Bracket| {
-            let u = refine(&bracket, steps, |u| {
-                let (r, slope) = cubic(&piece.radius, u);
-                (r * r - square, 2.0 * r * slope)
-            });
-            found(self.flat_root(u, t, height))
-        })
     }
 }

@@ -9,14 +9,13 @@ mod leave;
 pub mod membership;
 pub mod newton;
 mod placement;
+mod solve;
 
 use super::bounds::{Aabb, Bounding, Cylinder, Volume};
 use super::hit::{Crossing, Hit};
 use super::profile::{Piece, Profile};
 use super::ray::Ray;
 use super::sphere::azimuth;
-use crate::numeric::work::Work;
-use bernstein::Undecided;
 use clearance::Clearance;
 use clipping::ClippingSettings;
 use glam::{DVec2, DVec3};
@@ -44,6 +43,8 @@ pub struct Revolution {
     placement: Placement,
     cylinder: Cylinder,
     volume: Volume,
+    /// Whether the placement changes nothing.
+    in_place: bool,
     prepared: bernstein::Prepared,
     /// Bound of the distance of a computed surface point from the surface, world units.
     error: f64,
@@ -60,6 +61,7 @@ impl Revolution {
             prepared: bernstein::Prepared::new(&profile),
             volume: Volume::Cylinder(cylinder),
             profile,
+            in_place: placement == Placement::identity(),
             placement,
             cylinder,
             error,
@@ -68,10 +70,13 @@ impl Revolution {
     }
 
     /// The same surface behind another bounding volume: the same hits at another cost.
+    ///
+    /// The default solver tests the tight cylinder by itself, faster than the general test does.
     #[must_use]
     pub fn bounded_by(self, kind: Bounding) -> Self {
         Self {
             volume: Volume::new(kind, &self.profile),
+            prepared: self.prepared.culling(kind == Bounding::Cylinder),
             ..self
         }
     }
@@ -89,69 +94,6 @@ impl Revolution {
     /// The bounding cylinder, in the profile's own frame.
     pub fn cylinder(&self) -> &Cylinder {
         &self.cylinder
-    }
-
-    /// The nearest crossing inside the ray's open range.
-    pub fn nearest(&self, ray: &Ray, solver: &Solver, work: &mut Work) -> Option<Crossing> {
-        let (local, interval) = self.enter(ray, work)?;
-        match solver {
-            Solver::Bernstein => self
-                .prepared
-                .nearest(&local, interval, work)
-                .unwrap_or_else(|Undecided| self.exactly(&local, work).first().copied()),
-            Solver::Newton(settings) => newton::crossings(&self.profile, settings, &local, work)
-                .first()
-                .copied(),
-            Solver::Clipping(settings) => {
-                clipping::crossings(&self.profile, settings, &local, work)
-                    .first()
-                    .copied()
-            }
-            Solver::Exact => exact::crossings(&self.profile, &local).first().copied(),
-        }
-    }
-
-    /// Every crossing inside the ray's open range, by rising t.
-    pub fn crossings(&self, ray: &Ray, solver: &Solver, work: &mut Work) -> Vec<Crossing> {
-        let Some((local, interval)) = self.enter(ray, work) else {
-            return Vec::new();
-        };
-        match solver {
-            Solver::Bernstein => self
-                .prepared
-                .crossings(&local, interval, work)
-                .unwrap_or_else(|Undecided| self.exactly(&local, work)),
-            Solver::Newton(settings) => newton::crossings(&self.profile, settings, &local, work),
-            Solver::Clipping(settings) => {
-                clipping::crossings(&self.profile, settings, &local, work)
-            }
-            Solver::Exact => exact::crossings(&self.profile, &local),
-        }
-    }
-
-    /// What the f64 solver could not decide.
-    #[cold]
-    fn exactly(&self, local: &Ray, work: &mut Work) -> Vec<Crossing> {
-        work.solver_fallbacks += 1;
-        exact::crossings(&self.profile, local)
-    }
-
-    /// The ray in the profile's frame with its interval in the bounding volume, if it may meet the surface at all.
-    #[inline]
-    fn enter(&self, ray: &Ray, work: &mut Work) -> Option<(Ray, (f64, f64))> {
-        if !ray.is_valid() {
-            return None;
-        }
-        let local = self.placement.ray_to_local(ray);
-        work.bounds_tests += self.volume.tests();
-        let met = self.volume.interval(&local);
-        let met = met.filter(|&(low, high)| !(high <= ray.t_min || low >= ray.t_max));
-        let Some((low, high)) = met.filter(|_| local.is_valid()) else {
-            work.bounds_culled += 1;
-            return None;
-        };
-        work.solver_calls += 1;
-        Some((local, (low, high)))
     }
 
     /// The full hit of a crossing that this surface returned for this ray.

@@ -1,9 +1,11 @@
-//! Isolation of the roots of a polynomial of degree 6 on [0, 1], and their refinement.
+//! Isolation of the roots of a polynomial of degree 6 on [0, 1].
 
+use super::line::clamped;
 use super::{Padded, Undecided};
-use crate::numeric::polynomial::split;
+use crate::numeric::simd::Lanes;
 
 /// An interval that holds exactly one root, a simple one, with a guess of it.
+#[derive(Clone, Copy)]
 pub(super) struct Bracket {
     pub(super) low: f64,
     pub(super) high: f64,
@@ -12,74 +14,187 @@ pub(super) struct Bracket {
     pub(super) falls: bool,
 }
 
-const ALL: u32 = 0x7f;
+/// The brackets of one piece, by rising parameter.
+pub(super) struct Brackets {
+    list: [Bracket; CAPACITY],
+    len: usize,
+}
+
+/// A polynomial of degree 6 has at most six roots, two of which may be given to a neighbour.
+const CAPACITY: usize = 8;
+
+impl Brackets {
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        let none = Bracket {
+            low: 0.0,
+            high: 0.0,
+            guess: 0.0,
+            falls: false,
+        };
+        Self {
+            list: [none; CAPACITY],
+            len: 0,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn push(&mut self, bracket: Bracket) -> Result<(), Undecided> {
+        *self.list.get_mut(self.len).ok_or(Undecided)? = bracket;
+        self.len += 1;
+        Ok(())
+    }
+
+    pub(super) fn sort(&mut self) {
+        self.list[..self.len].sort_by(|a, b| a.low.total_cmp(&b.low));
+    }
+
+    #[inline(always)]
+    pub(super) fn as_slice(&self) -> &[Bracket] {
+        self.list.get(..self.len).unwrap_or_default()
+    }
+}
+
+/// The bits of seven coefficients, and those of the first and the last.
+pub(super) const ALL: u32 = 0x7f;
 const ENDS: u32 = 0x41;
 
 /// Halvings before two roots count as one: parameters are then 2⁻⁴⁰ apart.
 const DEPTH: u32 = 40;
 
-/// Reports a bracket for each root in (0, 1), by rising parameter. `error` bounds the error of each coefficient; a polynomial
-/// whose roots such an error could make or unmake is undecided.
-#[inline]
-pub(super) fn isolate(
-    c: &Padded,
-    error: f64,
-    found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
-) -> Result<(), Undecided> {
-    if one_signed(c, error) {
-        return Ok(());
-    }
-    let [c @ .., _] = *c;
-    isolate_between(c, [0.0, 1.0], error, found)
+/// What the signs of the coefficients alone say of the roots in (0, 1).
+pub(super) enum Sight {
+    /// There is none.
+    None,
+    /// There is one.
+    One(Bracket),
+    /// There may be several.
+    Many,
+    /// The value at an end is too near to 0.
+    Doubtful,
 }
 
-/// As [`isolate`], for the part of the piece between two parameters.
-#[inline]
-pub(super) fn isolate_between(
-    c: [f64; 7],
+/// Looks at the signs. `error` bounds the error of each coefficient. A NaN is doubtful.
+#[inline(always)]
+pub(super) fn look(lanes: impl Lanes, c: &Padded, range: [f64; 2], error: f64) -> Sight {
+    let (positive, negative) = lanes.beyond(c, error);
+    sight(|i| c[i], positive & ALL, negative & ALL, range)
+}
+
+/// As [`look`], from the bits of the coefficients that are certainly positive, and of those certainly negative.
+#[inline(always)]
+pub(super) fn sight(
+    c: impl Fn(usize) -> f64,
+    positive: u32,
+    negative: u32,
+    [low, high]: [f64; 2],
+) -> Sight {
+    if positive == ALL || negative == ALL {
+        return Sight::None;
+    }
+    let changes = (positive ^ (positive >> 1)) & (ALL >> 1);
+    if positive | negative == ALL && changes & (changes - 1) == 0 {
+        Sight::One(bracket(c, changes.trailing_zeros(), low, high))
+    } else if (positive | negative) & ENDS == ENDS {
+        Sight::Many
+    } else {
+        Sight::Doubtful
+    }
+}
+
+/// Whether the signs alone say that there is no root.
+#[inline(always)]
+pub(super) fn has_one_sign(lanes: impl Lanes, c: &Padded, error: f64) -> bool {
+    let (positive, negative) = lanes.beyond(c, error);
+    (positive & ALL == ALL) | (negative & ALL == ALL)
+}
+
+/// The bracket where only coefficients `place` and `place + 1` differ in sign, guessed where the control polygon P crosses zero,
+/// corrected for f ≈ P + u (1 − u)/12 P″ (Voronovskaya 1932).
+///
+/// Not the secant of the end values: where the value at one end is almost 0 (the root of the neighbour piece), it would start
+/// there and stay.
+#[inline(always)]
+fn bracket(c: impl Fn(usize) -> f64, place: u32, low: f64, high: f64) -> Bracket {
+    let i = place as usize % 6;
+    let (a, b) = (c(i), c(i + 1));
+    let inverse = 1.0 / (a - b);
+    let share = a * inverse;
+    let bend = |i: usize| (c(i - 1) - c(i)) - (c(i) - c(i + 1));
+    let (first, last) = (bend(i.max(1)), bend((i + 1).min(5)));
+    let u = (f64::from(place) + share) * (1.0 / 6.0);
+    let bends = first + share * (last - first);
+    let moved = u + 0.5 * (u * (1.0 - u)) * (bends * inverse);
+    let guess = clamped(moved, 0.0, 1.0);
+    Bracket {
+        low,
+        high,
+        guess: low + guess * (high - low),
+        falls: a > b,
+    }
+}
+
+/// Brackets of the roots between two parameters. `error` bounds the error of each coefficient; a polynomial whose roots such an
+/// error could make or unmake is undecided.
+#[inline(always)]
+pub(super) fn isolate(
+    lanes: impl Lanes,
+    c: &Padded,
+    range: [f64; 2],
+    error: f64,
+) -> Result<Brackets, Undecided> {
+    let mut found = Brackets::new();
+    isolate_more(lanes, c, range, error, &mut found)?;
+    Ok(found)
+}
+
+/// As [`isolate`], adding to what was found before.
+#[inline(always)]
+pub(super) fn isolate_more(
+    lanes: impl Lanes,
+    c: &Padded,
     [low, high]: [f64; 2],
     error: f64,
-    found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
+    found: &mut Brackets,
 ) -> Result<(), Undecided> {
-    let node = Node {
-        c,
+    let mut node = Node {
+        c: *c,
         low,
         high,
         error,
         depth: 0,
     };
-    classify(node, found)
-}
-
-/// Whether all coefficients are certainly positive or all certainly negative. False if one is NaN.
-#[inline]
-fn one_signed(c: &Padded, error: f64) -> bool {
-    let (mut above, mut below) = (true, true);
-    for &x in c {
-        above &= x > error;
-        below &= x < -error;
+    let mut waiting = [const { None }; WAITING];
+    let mut len = 0;
+    loop {
+        match look(lanes, &node.c, [node.low, node.high], node.error) {
+            Sight::None => {}
+            Sight::One(bracket) => found.push(bracket)?,
+            Sight::Many => {
+                let (left, right) = node.divide()?;
+                if !has_one_sign(lanes, &right.c, right.error) {
+                    *waiting.get_mut(len).ok_or(Undecided)? = Some(right);
+                    len += 1;
+                }
+                node = left;
+                continue;
+            }
+            Sight::Doubtful => return Err(Undecided),
+        }
+        let Some(next) = len.checked_sub(1).and_then(|last| waiting[last]) else {
+            return Ok(());
+        };
+        len -= 1;
+        node = next;
     }
-    above || below
 }
 
-/// Bits of the coefficients that are certainly positive, and of those certainly negative.
-#[inline]
-fn signs(c: &[f64; 7], error: f64) -> (u32, u32) {
-    let (mut positive, mut negative) = (0, 0);
-    for (i, &x) in c.iter().enumerate() {
-        positive |= u32::from(x > error) << i;
-        negative |= u32::from(x < -error) << i;
-    }
-    (positive, negative)
-}
+/// Parts of a piece that may wait for their turn. Each has a sign change or a coefficient near 0, and six changes are all there are.
+const WAITING: usize = 8;
 
-#[inline]
-fn changes(positive: u32) -> u32 {
-    ((positive ^ (positive >> 1)) & (ALL >> 1)).count_ones()
-}
-
+#[derive(Clone, Copy)]
 struct Node {
-    c: [f64; 7],
+    c: Padded,
     low: f64,
     high: f64,
     error: f64,
@@ -87,133 +202,118 @@ struct Node {
 }
 
 impl Node {
-    /// The bracket of a node whose coefficients change sign once, guessed where the control polygon crosses zero.
-    ///
-    /// Not the secant of the end values: where the value at one end is almost 0 (the root of the neighbour piece), it would start
-    /// there and stay.
-    #[inline]
-    fn bracket(&self, positive: u32) -> Bracket {
-        let i = ((positive ^ (positive >> 1)) & (ALL >> 1)).trailing_zeros() as usize % 6;
-        let (a, b) = (self.c[i], self.c[i + 1]);
-        let share = (i as f64 + a / (a - b)) * (1.0 / 6.0);
-        Bracket {
-            low: self.low,
-            high: self.high,
-            guess: self.low + share * (self.high - self.low),
-            falls: positive & 1 == 1,
+    /// Both parts. Each of their coefficients is a mean of the node's with positive weights, each of which is the result of fewer
+    /// than 20 roundings; seven products are summed: at most 28 roundings by half an ulp of the greatest coefficient.
+    #[inline(always)]
+    fn divide(&self) -> Result<(Self, Self), Undecided> {
+        if self.depth >= DEPTH {
+            return Err(Undecided);
         }
-    }
-
-    /// Where to cut: between two roots, if there are two. Ends of the same sign have between them a part of the other sign, most
-    /// likely near the greatest coefficient of that sign. Deeper down halving is safer.
-    #[inline]
-    fn cut(&self) -> f64 {
-        if self.depth > 3 || (self.c[0] > 0.0) != (self.c[6] > 0.0) {
-            return 0.5;
+        let size = self
+            .c
+            .iter()
+            .fold(0.0, |m, x| if x.abs() > m { x.abs() } else { m });
+        let error = self.error + 16.0 * f64::EPSILON * size;
+        let mut cut = self.cut();
+        let mut left = combine(&CUTS.0[cut][0], &self.c);
+        // A value near 0 at the cut would leave the ends of both halves in doubt: cut elsewhere, once.
+        if left[6].abs() <= error {
+            cut = if cut < 3 { cut + 1 } else { cut - 1 };
+            left = combine(&CUTS.0[cut][0], &self.c);
         }
-        let side = if self.c[0] > 0.0 { -1.0 } else { 1.0 };
-        let (mut best, mut share) = (0.0, 0.5);
-        for i in 1..6 {
-            if side * self.c[i] > best {
-                best = side * self.c[i];
-                share = i as f64 / 6.0;
-            }
-        }
-        share
-    }
-
-    /// A part of the node. Each coefficient comes of a chain of at most six corner cuts, each of which rounds three times by at
-    /// most half an ulp of the greatest.
-    #[inline]
-    fn part(&self, c: [f64; 7], low: f64, high: f64, error: f64) -> Self {
-        Self {
+        let right = combine(&CUTS.0[cut][1], &self.c);
+        let middle = self.low + share(cut) * (self.high - self.low);
+        let part = |c: Padded, low: f64, high: f64| Self {
             c,
             low,
             high,
             error,
             depth: self.depth + 1,
+        };
+        Ok((part(left, self.low, middle), part(right, middle, self.high)))
+    }
+
+    /// Where to cut: between two roots, if there are two. Ends of the same sign have between them a part of the other sign, most
+    /// likely near the greatest coefficient of that sign. Deeper down halving is safer.
+    #[inline(always)]
+    fn cut(&self) -> usize {
+        if self.depth > 3 || (self.c[0] > 0.0) != (self.c[6] > 0.0) {
+            return 2;
+        }
+        let side = if self.c[0] > 0.0 { -1.0 } else { 1.0 };
+        let (mut best, mut place) = (0.0, 2);
+        for i in 1..6 {
+            let value = side * self.c[i];
+            (best, place) = if value > best {
+                (value, i - 1)
+            } else {
+                (best, place)
+            };
+        }
+        place
+    }
+}
+
+/// The sum of columns times coefficients.
+#[inline(always)]
+fn combine(columns: &[Padded; 7], c: &Padded) -> Padded {
+    let mut sum = [0.0; 8];
+    for (column, c) in columns.iter().zip(c) {
+        for (sum, weight) in sum.iter_mut().zip(column) {
+            *sum += weight * c;
         }
     }
+    sum
 }
 
-fn divide(
-    node: &Node,
-    found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
-) -> Result<(), Undecided> {
-    if node.depth >= DEPTH {
-        return Err(Undecided);
-    }
-    let size = node.c.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let error = node.error + 9.0 * f64::EPSILON * size;
-    let mut share = node.cut();
-    let (mut left, mut right) = split(&node.c, share);
-    // A value near 0 at the cut would leave the ends of both halves in doubt: cut elsewhere, once.
-    if left[6].abs() <= error {
-        share = 0.5 * share + 0.203_125;
-        (left, right) = split(&node.c, share);
-    }
-    let middle = node.low + share * (node.high - node.low);
-    classify(node.part(left, node.low, middle, error), found)?;
-    classify(node.part(right, middle, node.high, error), found)
+/// The parameter of cut number `cut`: sixths, where the coefficients stand.
+#[inline(always)]
+const fn share(cut: usize) -> f64 {
+    (cut + 1) as f64 / 6.0
 }
 
-#[inline]
-fn classify(
-    node: Node,
-    found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
-) -> Result<(), Undecided> {
-    let (positive, negative) = signs(&node.c, node.error);
-    if positive == ALL || negative == ALL {
-        Ok(())
-    } else if (positive | negative) & ENDS != ENDS {
-        Err(Undecided)
-    } else if positive | negative == ALL && changes(positive) == 1 {
-        found(node.bracket(positive))
-    } else {
-        divide(&node, found)
-    }
-}
-
-/// A step this short ends the search: Newton's error after it is of the order of its square, and the polish that follows squares
-/// it again, as often as it takes.
-const SHORT: f64 = 1e-7;
-
-/// And it must be this much shorter than the one before: near a close pair of roots the steps only halve.
-const QUADRATIC: f64 = 0.05;
-
-/// Steps after which every second one is a bisection, so that the search ends whatever the polynomial.
-const PATIENCE: u32 = 10;
-
-/// The root in a bracket, by Newton's method kept inside it; `f` gives value and slope.
-#[inline]
-pub(super) fn refine(bracket: &Bracket, steps: &mut u64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
-    let (mut low, mut high) = (bracket.low, bracket.high);
-    let mut u = bracket.guess;
-    let mut last = 1.0;
-    for step in 0..120 {
-        *steps += 1;
-        let (value, slope) = f(u);
-        if (value > 0.0) == bracket.falls {
-            low = u;
-        } else {
-            high = u;
-        }
-        let next = u - value / slope;
-        let patient = step < PATIENCE || step % 2 == 0;
-        // A short bisection step says nothing of convergence: only a Newton step may end the search.
-        if patient && next >= low && next <= high {
-            let change = (next - u).abs();
-            if change < SHORT && (change < QUADRATIC * last || change < f64::EPSILON) {
-                return next;
+/// For each cut, what each coefficient gives to the coefficients of the left and of the right part (by blossoming: the left ones
+/// are the means of the first coefficients with the Bernstein polynomials of their number as weights).
+static CUTS: Cuts = {
+    let mut cuts = [[[[0.0; 8]; 7]; 2]; 5];
+    let mut cut = 0;
+    while cut < 5 {
+        let mut i = 0;
+        while i < 8 {
+            // The last coefficient stands twice.
+            let row = if i < 7 { i } else { 6 };
+            let mut j = 0;
+            while j <= row {
+                cuts[cut][0][j][i] = weight(row, j, share(cut));
+                j += 1;
             }
-            (u, last) = (next, change);
-        } else {
-            u = 0.5 * (low + high);
-            let width = high - low;
-            if width < f64::EPSILON {
-                return u;
+            let rest = 6 - row;
+            let mut j = 0;
+            while j <= rest {
+                cuts[cut][1][row + j][i] = weight(rest, j, share(cut));
+                j += 1;
             }
+            i += 1;
         }
+        cut += 1;
     }
-    u
+    Cuts(cuts)
+};
+
+#[repr(C, align(64))]
+struct Cuts([[[Padded; 7]; 2]; 5]);
+
+/// C(n, k) sᵏ (1 − s)ⁿ⁻ᵏ.
+const fn weight(n: usize, k: usize, s: f64) -> f64 {
+    let mut weight = 1.0;
+    let mut i = 0;
+    while i < n {
+        weight *= if i < k {
+            s * (n - i) as f64 / (i + 1) as f64
+        } else {
+            1.0 - s
+        };
+        i += 1;
+    }
+    weight
 }

@@ -5,9 +5,10 @@
 //! that it is monotone on both sides, in the same direction, up to a value of certain sign. Where it turns back near the joint, or
 //! where the profile ends, the sign matters, and only exact arithmetic knows it.
 
-use super::isolate::{Bracket, isolate_between};
+use super::isolate::{Bracket, Brackets, isolate_more};
 use super::{Padded, Undecided};
 use crate::numeric::polynomial::split;
+use crate::numeric::simd::Portable;
 
 /// A polynomial next to an end where its value is in doubt.
 struct End {
@@ -42,15 +43,15 @@ impl End {
     }
 }
 
-/// Reports a bracket for each root of a piece whose value at one end or both is in doubt. `neighbour` gives the coefficients of the
+/// A bracket for each root of a piece whose value at one end or both is in doubt. `neighbour` gives the coefficients of the
 /// piece that shares the start (0) or the end (1).
 #[cold]
 pub(super) fn isolate_at_joint(
     c: &Padded,
     error: f64,
-    found: &mut impl FnMut(Bracket) -> Result<(), Undecided>,
     neighbour: impl Fn(usize) -> Option<Padded>,
-) -> Result<(), Undecided> {
+) -> Result<Brackets, Undecided> {
+    let mut found = Brackets::new();
     let [mut c @ .., _] = *c;
     let mut error = error;
     let mut range = [0.0, 1.0];
@@ -82,7 +83,7 @@ pub(super) fn isolate_at_joint(
         let part = if side == 0 { [low, cut] } else { [cut, high] };
         // Zero counts as positive, on both sides of the joint.
         if (own[0] >= 0.0) != here.positive {
-            found(Bracket {
+            found.push(Bracket {
                 low: part[0],
                 high: part[1],
                 guess: 0.5 * (part[0] + part[1]),
@@ -93,5 +94,8 @@ pub(super) fn isolate_at_joint(
         c = turn(here.rest, side == 1);
         error = here.error;
     }
-    isolate_between(c, range, error, found)
+    let c = std::array::from_fn(|i| c[i.min(6)]);
+    isolate_more(Portable, &c, range, error, &mut found)?;
+    found.sort();
+    Ok(found)
 }

@@ -15,15 +15,15 @@ use super::line::Line;
 use super::{PreparedPiece, Root, Undecided};
 use crate::numeric::polynomial::cubic;
 
-/// At most two roots on each of three monotone parts.
+/// The roots of one piece: at most six, unless two at a joint are reported twice.
 #[derive(Default)]
 pub(super) struct Roots {
-    roots: [Option<Root>; 6],
+    roots: [Option<Root>; 8],
     len: usize,
 }
 
 impl Roots {
-    fn push(&mut self, root: Root) {
+    pub(super) fn push(&mut self, root: Root) {
         if let Some(slot) = self.roots.get_mut(self.len) {
             *slot = Some(root);
             self.len += 1;
@@ -58,26 +58,26 @@ pub(super) fn solve(
     roots: &mut Roots,
 ) -> Result<(), Undecided> {
     let [size, height] = line.size;
-    let distance_squared = line.axis_distance_squared();
+    let distance_squared = line.aim.axis_distance_squared();
     let distance = distance_squared.sqrt();
     let error =
-        f64::EPSILON * (16.0 * (size * size + distance_squared) + 16.0 * distance * line.reach);
+        f64::EPSILON * (16.0 * (size * size + distance_squared) + 16.0 * distance * line.aim.reach);
     if size * size - distance_squared < -error {
         return Ok(());
     }
-    let drop = line.closest() * line.d.y;
-    let slope = line.d.y / line.across.sqrt();
+    let drop = line.aim.closest() * line.aim.d.y;
+    let slope = line.aim.d.y / line.aim.across.sqrt();
     // The rounding of y₀, of h(u) and of the centring.
-    let noise = f64::EPSILON * (8.0 * (line.reach + drop.abs()) + 16.0 * height);
+    let noise = f64::EPSILON * (8.0 * (line.aim.reach + drop.abs()) + 16.0 * height);
     let branches = Branches {
         line,
-        middle: line.o.y + drop,
+        middle: line.aim.o.y + drop,
         slope,
         distance_squared,
         band: slope.abs() * (size * size - distance_squared + error).sqrt() + noise,
         error,
     };
-    for part in piece.breaks.windows(2) {
+    for part in piece.breaks.windows(2).filter(|part| part[0] < part[1]) {
         branches.solve_part(piece, [part[0], part[1]], steps, roots)?;
     }
     Ok(())
@@ -91,7 +91,7 @@ impl Branches<'_> {
         steps: &mut u64,
         roots: &mut Roots,
     ) -> Result<(), Undecided> {
-        let ends = part.map(|u| cubic(&piece.height, u).0);
+        let ends = part.map(|u| cubic(&piece.curve.height, u).0);
         let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
         let (below, above) = (self.middle - self.band, self.middle + self.band);
         if high < below || low > above {
@@ -101,7 +101,7 @@ impl Branches<'_> {
             return Err(Undecided);
         }
         let u = self.crossing(piece, part, ends[1] > ends[0], steps);
-        let slope = cubic(&piece.height, u).1.abs();
+        let slope = cubic(&piece.curve.height, u).1.abs();
         // |h′| changes by less than half of itself within twice the band, so the band is crossed within `reach`.
         let steep = 4.0 * self.band * piece.bend < slope * slope;
         if !steep {
@@ -126,7 +126,7 @@ impl Branches<'_> {
     }
 
     fn half_chord_squared(&self, piece: &PreparedPiece, u: f64) -> f64 {
-        let r = cubic(&piece.radius, u).0;
+        let r = cubic(&piece.curve.radius, u).0;
         r * r - self.distance_squared
     }
 
@@ -136,7 +136,7 @@ impl Branches<'_> {
         let mut u = 0.5 * (low + high);
         for _ in 0..100 {
             *steps += 1;
-            let (h, slope) = cubic(&piece.height, u);
+            let (h, slope) = cubic(&piece.curve.height, u);
             if (h < self.middle) == rises {
                 low = u;
             } else {
@@ -165,8 +165,8 @@ impl Branches<'_> {
         let mut half = 0.0;
         for _ in 0..8 {
             *steps += 1;
-            let (r, r_slope) = cubic(&piece.radius, u);
-            let (h, h_slope) = cubic(&piece.height, u);
+            let (r, r_slope) = cubic(&piece.curve.radius, u);
+            let (h, h_slope) = cubic(&piece.curve.height, u);
             half = (r * r - self.distance_squared).max(0.0).sqrt();
             let value = h - self.middle - side * self.slope * half;
             let step = value / (h_slope - side * self.slope * r * r_slope / half);
@@ -175,7 +175,7 @@ impl Branches<'_> {
                 break;
             }
         }
-        let t = self.line.closest() + side * half / self.line.across.sqrt();
-        self.line.polish(piece, u, t)
+        let t = self.line.aim.closest() + side * half / self.line.aim.across.sqrt();
+        self.line.aim.polish(&piece.curve, u, t)
     }
 }

@@ -1,0 +1,199 @@
+//! Brackets that wait to be refined, and the rays that want them.
+
+use super::batch::{BLOCK, LANES, Vector};
+use super::isolate::Bracket;
+use super::line::{Aim, Times};
+use super::refine::{Refined, STEPS, refine, refine_more};
+use super::{Cubics, PreparedPiece, Root};
+use crate::geometry::hit::Crossing;
+use crate::numeric::simd::{Kernel, Lanes};
+use crate::numeric::work::Work;
+use glam::DVec3;
+
+/// A ray of a block.
+#[derive(Clone, Copy)]
+pub(super) struct Seeker {
+    times: Times,
+    /// The nearest root so far.
+    t: f64,
+    u: f64,
+    piece: u32,
+    /// Place of that piece in the ray's order.
+    rank: usize,
+    /// To be done alone.
+    pub(super) alone: bool,
+}
+
+impl Seeker {
+    #[inline(always)]
+    pub(super) fn new(times: Times) -> Self {
+        Self {
+            times,
+            t: f64::INFINITY,
+            u: 0.0,
+            piece: 0,
+            rank: usize::MAX,
+            alone: false,
+        }
+    }
+
+    /// Of roots at the same t the first in the ray's order counts, as for a ray alone.
+    #[inline(always)]
+    fn add(&mut self, rank: usize, piece: u32, root: &Root) {
+        match self.times.has(root) {
+            Err(_) => self.alone = true,
+            Ok(false) => {}
+            Ok(true) => {
+                if (root.t < self.t) | (root.t == self.t) & (rank < self.rank) {
+                    self.t = root.t;
+                    self.u = root.u;
+                    self.piece = piece;
+                    self.rank = rank;
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn answer(&self) -> Option<Crossing> {
+        if self.rank == usize::MAX {
+            return None;
+        }
+        Some(self.times.crossing(self.piece, self.t, self.u))
+    }
+}
+
+/// Empties a queue.
+pub(super) struct Flush<'a> {
+    pub(super) queue: &'a mut Queue,
+    pub(super) piece: &'a PreparedPiece,
+    pub(super) seekers: &'a mut [Seeker; BLOCK],
+    pub(super) work: &'a mut Work,
+}
+
+impl Kernel for Flush<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) {
+        if self.queue.len > 0 {
+            self.queue.flush(self.piece, self.seekers, self.work);
+        }
+    }
+}
+
+/// Brackets on one piece that wait to be refined together.
+#[derive(Clone)]
+#[repr(C, align(64))]
+pub(super) struct Queue {
+    o: [Vector; 3],
+    d: [Vector; 3],
+    low: Vector,
+    high: Vector,
+    guess: Vector,
+    falls: [bool; LANES],
+    /// Number of the ray in the block, and place of the piece in its order.
+    asker: [(usize, usize); LANES],
+    len: usize,
+}
+
+impl Queue {
+    pub(super) const EMPTY: Self = Self {
+        o: [[0.0; LANES]; 3],
+        d: [[0.0; LANES]; 3],
+        low: [0.0; LANES],
+        high: [0.0; LANES],
+        guess: [0.0; LANES],
+        falls: [false; LANES],
+        asker: [(0, 0); LANES],
+        len: 0,
+    };
+
+    /// Adds a bracket of a ray (origin and direction); whether the queue is full now.
+    #[inline(always)]
+    pub(super) fn push(
+        &mut self,
+        ray: [DVec3; 2],
+        bracket: &Bracket,
+        asker: (usize, usize),
+    ) -> bool {
+        let lane = self.len % LANES;
+        let [o, d] = ray;
+        for (to, from) in self.o.iter_mut().zip(o.to_array()) {
+            to[lane] = from;
+        }
+        for (to, from) in self.d.iter_mut().zip(d.to_array()) {
+            to[lane] = from;
+        }
+        self.low[lane] = bracket.low;
+        self.high[lane] = bracket.high;
+        self.guess[lane] = bracket.guess;
+        self.falls[lane] = bracket.falls;
+        self.asker[lane] = asker;
+        self.len += 1;
+        self.len == LANES
+    }
+
+    /// Refines all that wait, and hands out the roots.
+    #[inline(always)]
+    fn flush(&mut self, piece: &PreparedPiece, seekers: &mut [Seeker; BLOCK], work: &mut Work) {
+        let curve = &piece.curve;
+        let zero = [0.0; LANES];
+        let [mut u, mut t, mut tolerance, mut change] = [zero; 4];
+        let mut sure = [0_u64; LANES];
+        for lane in 0..LANES {
+            let range = [self.low[lane], self.high[lane]];
+            let refined = refine(curve, &self.aim(lane), range, self.guess[lane]);
+            u[lane] = refined.root.u;
+            t[lane] = refined.root.t;
+            tolerance[lane] = refined.root.tolerance;
+            change[lane] = refined.change;
+            sure[lane] = u64::from(refined.sure);
+        }
+        work.solver_iterations += STEPS * self.len as u64;
+        for lane in 0..self.len {
+            let mut root = Root {
+                u: u[lane],
+                t: t[lane],
+                tolerance: tolerance[lane],
+                height: 0.0,
+            };
+            if sure[lane] == 0 {
+                root = self.refine_more(curve, lane, root, change[lane], work);
+            }
+            let (number, rank) = self.asker[lane];
+            seekers[number % BLOCK].add(rank, piece.index, &root);
+        }
+        self.len = 0;
+    }
+
+    #[inline(never)]
+    fn refine_more(
+        &self,
+        curve: &Cubics,
+        lane: usize,
+        root: Root,
+        change: f64,
+        work: &mut Work,
+    ) -> Root {
+        let bracket = Bracket {
+            low: self.low[lane],
+            high: self.high[lane],
+            guess: self.guess[lane],
+            falls: self.falls[lane],
+        };
+        let first = Refined {
+            root,
+            change,
+            sure: false,
+        };
+        let steps = &mut work.solver_iterations;
+        refine_more(curve, &self.aim(lane), &bracket, &first, steps)
+    }
+
+    #[inline(always)]
+    fn aim(&self, lane: usize) -> Aim {
+        let [o, d] = [&self.o, &self.d].map(|v| DVec3::new(v[0][lane], v[1][lane], v[2][lane]));
+        Aim::new(o, d)
+    }
+}

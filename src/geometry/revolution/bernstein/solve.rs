@@ -1,0 +1,279 @@
+//! One ray against all pieces.
+
+use super::isolate::{Bracket, Brackets, Sight, has_one_sign, isolate, look};
+use super::joint::isolate_at_joint;
+use super::line::Line;
+use super::refine::{STEPS, find, refine, refine_more, search};
+use super::{Answer, Padded, Prepared, PreparedPiece, Root, Slope, Undecided, level};
+use crate::geometry::hit::Crossing;
+use crate::geometry::ray::Ray;
+use crate::numeric::polynomial::cubic;
+use crate::numeric::simd::{Kernel, Lanes, Portable};
+use crate::numeric::work::Work;
+
+/// See [`Prepared::nearest`].
+pub(super) struct Nearest<'a> {
+    pub(super) prepared: &'a Prepared,
+    pub(super) ray: &'a Ray,
+    pub(super) work: &'a mut Work,
+}
+
+impl Kernel for Nearest<'_> {
+    type Output = Answer;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Answer {
+        let Self {
+            prepared,
+            ray,
+            work,
+        } = self;
+        let (line, fine) = Line::new(prepared, ray);
+        if !fine {
+            return Err(Undecided);
+        }
+        if prepared.misses(&line, work) {
+            return Ok(None);
+        }
+        let mut best: Option<(u32, Root)> = None;
+        let mut add = |piece: &PreparedPiece, root: Root| {
+            let inside = line.times.has(&root)?;
+            if inside && best.is_none_or(|(_, found)| root.t < found.t) {
+                best = Some((piece.index, root));
+            }
+            Ok(inside)
+        };
+        if line.is_nearly_level() {
+            line.solve_level(prepared, work, &mut add)?;
+        } else {
+            line.brackets(lanes, prepared, &mut |_, place, bracket| {
+                let piece = &prepared.pieces[place];
+                let root = line.root(piece, bracket, work);
+                Ok(add(piece, root)?.then(|| line.after(root.height)))
+            })?;
+        }
+        Ok(best.map(|(piece, root)| line.times.crossing(piece, root.t, root.u)))
+    }
+}
+
+/// See [`Prepared::crossings`].
+pub(super) struct All<'a> {
+    pub(super) prepared: &'a Prepared,
+    pub(super) ray: &'a Ray,
+    pub(super) work: &'a mut Work,
+}
+
+impl Kernel for All<'_> {
+    type Output = Result<Vec<Crossing>, Undecided>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+        let Self {
+            prepared,
+            ray,
+            work,
+        } = self;
+        let (line, fine) = Line::new(prepared, ray);
+        if !fine {
+            return Err(Undecided);
+        }
+        let mut found = Vec::new();
+        if prepared.misses(&line, work) {
+            return Ok(found);
+        }
+        let mut add = |piece: &PreparedPiece, root: Root| {
+            let inside = line.times.has(&root)?;
+            if inside {
+                found.push(line.times.crossing(piece.index, root.t, root.u));
+            }
+            Ok(inside)
+        };
+        if line.is_nearly_level() {
+            line.solve_level(prepared, work, &mut add)?;
+        } else {
+            line.brackets(lanes, prepared, &mut |_, place, bracket| {
+                let piece = &prepared.pieces[place];
+                add(piece, line.root(piece, bracket, work))?;
+                Ok(None)
+            })?;
+        }
+        found.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.piece.cmp(&b.piece)));
+        Ok(found)
+    }
+}
+
+impl Prepared {
+    /// Whether the cylinder culls the ray, which is counted.
+    #[inline(always)]
+    pub(super) fn misses(&self, line: &Line, work: &mut Work) -> bool {
+        self.culls && count(line.outside, work)
+    }
+}
+
+/// Counts a ray as culled by the cylinder or as passed on to the solver.
+#[inline(always)]
+pub(super) fn count(culled: bool, work: &mut Work) -> bool {
+    work.bounds_tests += 1;
+    work.bounds_culled += u64::from(culled);
+    work.solver_calls += u64::from(!culled);
+    culled
+}
+
+/// Pieces looked at together.
+const GROUP: usize = 8;
+
+/// Their coefficients, each row in one line of the cache.
+#[repr(C, align(64))]
+struct Rows([Padded; GROUP]);
+
+impl Line {
+    /// Names the brackets of a ray that is not nearly level, in the order of meeting, as (place of the piece in that order, place in
+    /// `pieces`, bracket).
+    ///
+    /// `take` answers with a height once it knows that the ray has a crossing no later: the search ends there.
+    #[inline(always)]
+    pub(super) fn brackets(
+        &self,
+        lanes: impl Lanes,
+        prepared: &Prepared,
+        take: &mut impl FnMut(usize, usize, &Bracket) -> Result<Option<f64>, Undecided>,
+    ) -> Result<(), Undecided> {
+        let mut end = self.end();
+        let mut rank = 0;
+        for order in prepared.order(self).chunks(GROUP) {
+            let mut c = Rows([[0.0; 8]; GROUP]);
+            let mut waiting = 0_u32;
+            for (i, (&place, c)) in order.iter().zip(&mut c.0).enumerate() {
+                let piece = &prepared.pieces[place];
+                *c = self.coefficients(piece);
+                let idle = has_one_sign(lanes, c, self.error) | self.misses_heights(piece);
+                waiting |= u32::from(!idle) << i;
+            }
+            while waiting != 0 {
+                let i = waiting.trailing_zeros() as usize % GROUP;
+                waiting &= waiting - 1;
+                let piece = &prepared.pieces[order[i]];
+                if self.meets_after(piece, end) {
+                    return Ok(());
+                }
+                let one;
+                let several;
+                let brackets = match look(lanes, &c.0[i], [0.0, 1.0], self.error) {
+                    Sight::None => continue,
+                    Sight::One(bracket) => {
+                        one = bracket;
+                        std::slice::from_ref(&one)
+                    }
+                    Sight::Many => {
+                        several = isolate(lanes, &c.0[i], [0.0, 1.0], self.error)?;
+                        several.as_slice()
+                    }
+                    Sight::Doubtful => {
+                        several = self.isolate_doubtful(&c.0[i], &prepared.pieces, piece)?;
+                        several.as_slice()
+                    }
+                };
+                let backwards = (piece.slope == Slope::Rises) != self.climbs();
+                for k in 0..brackets.len() {
+                    let k = if backwards { brackets.len() - 1 - k } else { k };
+                    if let Some(height) = take(rank + i, order[i], &brackets[k])? {
+                        end = self.sooner(end, height);
+                        // The other brackets lie later along the ray.
+                        if piece.slope != Slope::Turns {
+                            break;
+                        }
+                    }
+                }
+            }
+            rank += GROUP;
+        }
+        Ok(())
+    }
+
+    /// The root in a bracket, for a ray that is not nearly level.
+    #[inline(always)]
+    fn root(&self, piece: &PreparedPiece, bracket: &Bracket, work: &mut Work) -> Root {
+        work.solver_iterations += STEPS;
+        let range = [bracket.low, bracket.high];
+        let refined = refine(&piece.curve, &self.aim, range, bracket.guess);
+        if refined.sure {
+            return refined.root;
+        }
+        let steps = &mut work.solver_iterations;
+        refine_more(&piece.curve, &self.aim, bracket, &refined, steps)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn isolate_doubtful(
+        &self,
+        c: &Padded,
+        pieces: &[PreparedPiece],
+        piece: &PreparedPiece,
+    ) -> Result<Brackets, Undecided> {
+        isolate_at_joint(c, self.error, |side| {
+            Some(self.coefficients(&pieces[piece.neighbours[side]?]))
+        })
+    }
+
+    /// Reports the roots of a nearly level ray.
+    #[inline(never)]
+    fn solve_level(
+        &self,
+        prepared: &Prepared,
+        work: &mut Work,
+        found: &mut impl FnMut(&PreparedPiece, Root) -> Result<bool, Undecided>,
+    ) -> Result<(), Undecided> {
+        let steps = &mut work.solver_iterations;
+        for piece in &prepared.pieces {
+            if piece.flat {
+                self.solve_flat(piece, steps, found)?;
+                continue;
+            }
+            let mut roots = level::Roots::default();
+            if level::solve(self, piece, steps, &mut roots).is_ok() {
+                for root in roots.iter() {
+                    found(piece, *root)?;
+                }
+                continue;
+            }
+            if self.is_level() {
+                return Err(Undecided);
+            }
+            let c = self.coefficients(piece);
+            let brackets = match look(Portable, &c, [0.0, 1.0], self.error) {
+                Sight::None => continue,
+                Sight::Doubtful => self.isolate_doubtful(&c, &prepared.pieces, piece)?,
+                _ => isolate(Portable, &c, [0.0, 1.0], self.error)?,
+            };
+            for bracket in brackets.as_slice() {
+                found(piece, find(&piece.curve, &self.aim, bracket, steps))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A flat piece and a nearly level ray: t is known, and r² = |o + t d|² in the plane remains. A ray in the plane has no hit.
+    fn solve_flat(
+        &self,
+        piece: &PreparedPiece,
+        steps: &mut u64,
+        found: &mut impl FnMut(&PreparedPiece, Root) -> Result<bool, Undecided>,
+    ) -> Result<(), Undecided> {
+        let curve = &piece.curve;
+        let height = curve.height[0];
+        let Some((t, distance, error)) = self.plane(height) else {
+            return Ok(());
+        };
+        let square = distance * distance;
+        let c = piece.radius_squared.map(|r2| r2 - square);
+        for bracket in isolate(Portable, &c, [0.0, 1.0], error)?.as_slice() {
+            let u = search(bracket, steps, |u| {
+                let (r, slope) = cubic(&curve.radius, u);
+                (r * r - square, 2.0 * r * slope)
+            });
+            found(piece, self.flat_root(u, t, height))?;
+        }
+        Ok(())
+    }
+}

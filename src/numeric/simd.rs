@@ -1,0 +1,219 @@
+//! Vector instructions by choice at run time.
+//!
+//! Numeric code is written once, on plain numbers and arrays, in functions marked `#[inline(always)]`. [`Vectors::run`] compiles it
+//! once for each instruction set and calls the version that was chosen. Rust never fuses or reorders floating-point operations, so
+//! every choice gives the same bits.
+
+use std::fmt;
+
+/// Code that [`Vectors::run`] compiles for every instruction set.
+pub trait Kernel {
+    /// What it computes.
+    type Output;
+
+    /// The work itself. Must be `#[inline(always)]`, and so must what it calls, to be compiled for the chosen instructions.
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// The few operations that compilers do not find by themselves.
+pub trait Lanes: Copy {
+    /// Bit i of the first mask says whether `values[i] > bound`, that of the second whether `values[i] < -bound`.
+    fn beyond(self, values: &[f64; 8], bound: f64) -> (u32, u32);
+}
+
+/// Any processor.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable;
+
+impl Lanes for Portable {
+    #[inline(always)]
+    fn beyond(self, values: &[f64; 8], bound: f64) -> (u32, u32) {
+        let (mut above, mut below) = (0, 0);
+        for (i, &value) in values.iter().enumerate() {
+            above |= u32::from(value > bound) << i;
+            below |= u32::from(value < -bound) << i;
+        }
+        (above, below)
+    }
+}
+
+/// A set of vector instructions that this processor has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Vectors(Set);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Set {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+/// The name: `portable`, `avx2` or `avx512`.
+impl fmt::Display for Vectors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.0 {
+            Set::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => "avx512",
+        })
+    }
+}
+
+impl Vectors {
+    /// What the compiler may assume of every processor of the target.
+    pub fn portable() -> Self {
+        Self(Set::Portable)
+    }
+
+    /// The widest set.
+    pub fn best() -> Self {
+        Self::all().next_back().unwrap_or(Self::portable())
+    }
+
+    /// Every set that can be run here, by rising width.
+    pub fn all() -> impl DoubleEndedIterator<Item = Self> {
+        let sets = [
+            Some(Set::Portable),
+            #[cfg(target_arch = "x86_64")]
+            (has_avx2()).then_some(Set::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            (has_avx2() && has_avx512()).then_some(Set::Avx512),
+        ];
+        sets.into_iter().flatten().map(Self)
+    }
+
+    /// Runs a kernel with these instructions.
+    #[inline]
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            Set::Portable => kernel.run(Portable),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => x86::avx2(kernel),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => x86::avx512(kernel),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("popcnt")
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx512() -> bool {
+    is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512vl")
+}
+
+/// Instructions of x86-64 processors. Values of [`Avx2`](x86::Avx2) and [`Avx512`](x86::Avx512) exist only inside code that runs
+/// after the processor was asked for these features, so their methods may use them.
+#[cfg(target_arch = "x86_64")]
+#[expect(
+    unsafe_code,
+    reason = "the only way to call code for instructions that not every processor has"
+)]
+mod x86 {
+    use super::{Kernel, Lanes};
+    use std::arch::x86_64::{
+        _CMP_GT_OQ, _CMP_LT_OQ, _mm256_cmp_pd, _mm256_loadu_pd, _mm256_movemask_pd, _mm256_set1_pd,
+        _mm512_cmp_pd_mask, _mm512_loadu_pd, _mm512_set1_pd,
+    };
+
+    /// Proof of the features of [`avx2`].
+    #[derive(Clone, Copy)]
+    pub(super) struct Avx2(());
+
+    /// Proof of the features of [`avx512`].
+    #[derive(Clone, Copy)]
+    pub(super) struct Avx512(());
+
+    /// To be called only for [`super::Set::Avx2`], which [`super::Vectors::all`] alone makes, where the processor has the features.
+    #[inline]
+    pub(super) fn avx2<K: Kernel>(kernel: K) -> K::Output {
+        #[inline(never)]
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+        fn run<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run(Avx2(()))
+        }
+        // SAFETY: see above.
+        unsafe { run(kernel) }
+    }
+
+    /// To be called only for [`super::Set::Avx512`], which [`super::Vectors::all`] alone makes, where the processor has the features.
+    #[inline]
+    pub(super) fn avx512<K: Kernel>(kernel: K) -> K::Output {
+        #[inline(never)]
+        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
+        fn run<K: Kernel>(kernel: K) -> K::Output {
+            kernel.run(Avx512(()))
+        }
+        // SAFETY: see above.
+        unsafe { run(kernel) }
+    }
+
+    impl Lanes for Avx2 {
+        #[inline(always)]
+        fn beyond(self, values: &[f64; 8], bound: f64) -> (u32, u32) {
+            // SAFETY: `self` proves the features; both loads are inside `values`.
+            unsafe {
+                let low = _mm256_loadu_pd(values.as_ptr());
+                let high = _mm256_loadu_pd(values.as_ptr().add(4));
+                let (most, least) = (_mm256_set1_pd(bound), _mm256_set1_pd(-bound));
+                let above = |v| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(v, most)) as u32;
+                let below = |v| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(v, least)) as u32;
+                (above(low) | above(high) << 4, below(low) | below(high) << 4)
+            }
+        }
+    }
+
+    impl Lanes for Avx512 {
+        #[inline(always)]
+        fn beyond(self, values: &[f64; 8], bound: f64) -> (u32, u32) {
+            // SAFETY: `self` proves the features; the load is inside `values`.
+            unsafe {
+                let v = _mm512_loadu_pd(values.as_ptr());
+                let above = _mm512_cmp_pd_mask::<_CMP_GT_OQ>(v, _mm512_set1_pd(bound));
+                let below = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(v, _mm512_set1_pd(-bound));
+                (u32::from(above), u32::from(below))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Beyond([f64; 8], f64);
+
+    impl Kernel for Beyond {
+        type Output = (u32, u32);
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> (u32, u32) {
+            lanes.beyond(&self.0, self.1)
+        }
+    }
+
+    #[test]
+    fn every_set_gives_the_same_masks() {
+        let values = [1.0, -1.0, 0.5, -0.5, f64::NAN, f64::INFINITY, -3.0, 0.0];
+        for vectors in Vectors::all() {
+            let masks = |bound| vectors.run(Beyond(values, bound));
+            assert_eq!(masks(0.5), (0b0010_0001, 0b0100_0010), "{vectors}");
+            assert_eq!(masks(0.0), (0b0010_0101, 0b0100_1010), "{vectors}");
+            assert_eq!(masks(f64::NAN), (0, 0), "{vectors}");
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! Many rays at once, and every instruction set, against one ray with the portable instructions.
+
+use super::rays::{self, FAMILIES, Family};
+use super::shapes::ours;
+use glam::DVec3;
+use photolathe::geometry::hit::Crossing;
+use photolathe::geometry::profile::{Piece, Profile};
+use photolathe::geometry::ray::Ray;
+use photolathe::geometry::revolution::bernstein::{Answer, Prepared, Undecided};
+use photolathe::geometry::revolution::{Placement, Revolution, Solver};
+use photolathe::numeric::rng::{Purpose, Stream};
+use photolathe::numeric::simd::Vectors;
+use photolathe::numeric::work::Work;
+
+/// A crossing as bits, so that NaN and −0 count.
+fn bits(found: Option<Crossing>) -> Option<(u64, u32, u64)> {
+    found.map(|c| (c.t.to_bits(), c.piece, c.u.to_bits()))
+}
+
+/// Rays of every family in turn, so that lanes hold unlike neighbours; half of them with a range that may cut their hits off.
+fn mixed(profile: &Profile, count: u64) -> Vec<Ray> {
+    let families = FAMILIES.len() as u64;
+    let ray = |i: u64| {
+        let ray = rays::ray(profile, FAMILIES[(i % families) as usize], i / families);
+        let mut s = Stream::new(77, Purpose::Test, i);
+        if s.uniform() < 0.5 {
+            return ray;
+        }
+        let t_min = s.range(-1.0, 12.0);
+        Ray {
+            t_min,
+            t_max: t_min + s.range(0.0, 12.0),
+            ..ray
+        }
+    };
+    (0..count).map(ray).collect()
+}
+
+/// Rays for which the batch gives other bits than the ray alone.
+fn differences(shape: &Revolution, rays: &[Ray]) -> usize {
+    let mut found = vec![None; rays.len()];
+    shape.nearest_many(rays, &Solver::Bernstein, &mut found, &mut Work::default());
+    let differs =
+        |(ray, found): &(&Ray, &Option<Crossing>)| bits(ours(shape, ray)) != bits(**found);
+    rays.iter().zip(&found).filter(differs).count()
+}
+
+/// A profile of random pieces with folds, loops and points on the axis.
+fn random_profile(index: u64, pieces: usize) -> Profile {
+    let mut s = Stream::new(78, Purpose::Test, index);
+    let mut control = || {
+        let value = s.range(-1.0, 3.0);
+        if s.uniform() < 0.3 {
+            value.round()
+        } else {
+            value
+        }
+    };
+    let mut last = [control().abs(), control()];
+    let mut list = Vec::new();
+    for _ in 0..pieces {
+        let [a, b, c] = [0; 3].map(|_| [control(), control()]);
+        list.push(Piece::new([last, a, b, c]));
+        last = c;
+    }
+    Profile::new(list).expect("each piece starts where the last one ended")
+}
+
+#[test]
+fn a_batch_gives_the_bits_of_each_ray_alone() {
+    let placement = Placement::new(DVec3::new(3.0, -2.0, 5.0), DVec3::ONE, 40.0, 2.5);
+    for profile in [Profile::cup(), Profile::hourglass()] {
+        let rays = mixed(&profile, 13_000);
+        let here = Revolution::new(profile.clone(), Placement::identity());
+        assert_eq!(differences(&here, &rays), 0);
+        let there = Revolution::new(profile, placement);
+        let moved = |ray: &Ray| Ray {
+            origin: placement.point_to_world(ray.origin),
+            direction: placement.scale * (placement.rotation * ray.direction),
+            ..*ray
+        };
+        let rays: Vec<Ray> = rays.iter().take(4_000).map(moved).collect();
+        assert_eq!(differences(&there, &rays), 0);
+    }
+}
+
+#[test]
+fn a_batch_on_any_profile_gives_the_bits_of_each_ray_alone() {
+    for index in 0..150 {
+        // 70 pieces are more than are looked at in lanes.
+        let pieces = if index == 0 {
+            70
+        } else {
+            1 + index as usize % 12
+        };
+        let shape = Revolution::new(random_profile(index, pieces), Placement::identity());
+        let rays = mixed(shape.profile(), 130);
+        assert_eq!(differences(&shape, &rays), 0, "profile {index}");
+    }
+}
+
+#[test]
+fn a_batch_of_any_length_answers_every_ray() {
+    let shape = Revolution::new(Profile::cup(), Placement::identity());
+    for count in [0, 1, 7, 8, 9, 255, 256, 257, 700] {
+        let rays = mixed(shape.profile(), count);
+        assert_eq!(differences(&shape, &rays), 0, "{count} rays");
+    }
+}
+
+#[test]
+fn rays_that_are_none_meet_nothing_in_a_batch_and_disturb_no_other() {
+    let shape = Revolution::new(Profile::cup(), Placement::identity());
+    let mut rays = mixed(shape.profile(), 400);
+    for (i, ray) in rays.iter_mut().enumerate() {
+        match i % 11 {
+            0 => ray.origin.x = f64::NAN,
+            2 => ray.direction = DVec3::ZERO,
+            4 => ray.direction.z = f64::INFINITY,
+            6 => ray.t_max = ray.t_min,
+            8 => ray.t_max = f64::NAN,
+            _ => {}
+        }
+    }
+    let mut found = vec![None; rays.len()];
+    shape.nearest_many(&rays, &Solver::Bernstein, &mut found, &mut Work::default());
+    for (ray, found) in rays.iter().zip(found) {
+        assert!(ray.is_valid() || found.is_none(), "{ray:?}");
+    }
+    assert_eq!(differences(&shape, &rays), 0);
+}
+
+fn answers(prepared: &Prepared, rays: &[Ray]) -> Vec<Answer> {
+    let (mut found, mut undecided) = (vec![None; rays.len()], Vec::new());
+    prepared.nearest_many(rays, &mut found, &mut undecided, &mut Work::default());
+    let mut answers: Vec<Answer> = found.into_iter().map(Ok).collect();
+    for number in undecided {
+        answers[number] = Err(Undecided);
+    }
+    answers
+}
+
+#[test]
+fn every_instruction_set_gives_the_same_bits() {
+    for profile in [Profile::cup(), Profile::hourglass(), random_profile(5, 9)] {
+        let rays = mixed(&profile, 13_000);
+        let prepared = |vectors| Prepared::new(&profile).with_vectors(vectors);
+        let plain = prepared(Vectors::portable());
+        let alone = |prepared: &Prepared, ray: &Ray| prepared.nearest(ray, &mut Work::default());
+        let expected: Vec<_> = rays
+            .iter()
+            .map(|ray| alone(&plain, ray).map(bits))
+            .collect();
+        for vectors in Vectors::all() {
+            let prepared = prepared(vectors);
+            let together = answers(&prepared, &rays);
+            for ((ray, expected), together) in rays.iter().zip(&expected).zip(together) {
+                assert_eq!(
+                    alone(&prepared, ray).map(bits),
+                    *expected,
+                    "{vectors:?} {ray:?}"
+                );
+                assert_eq!(together.map(bits), *expected, "{vectors:?} {ray:?}");
+            }
+            let all = |prepared: &Prepared, ray| prepared.crossings(ray, &mut Work::default());
+            for ray in &rays[..2_000] {
+                assert_eq!(all(&prepared, ray), all(&plain, ray), "{vectors:?} {ray:?}");
+            }
+        }
+    }
+}
+
+/// Of the rays whose crossing has a bound, those whose error of t or u exceeds it, and all ratios of error of t and bound.
+fn beyond_bounds(
+    shape: &Revolution,
+    family: Family,
+    count: u64,
+    scale: f64,
+) -> (usize, usize, Vec<f64>) {
+    let (mut beyond, mut unbounded, mut ratios) = (0, 0, Vec::new());
+    for i in 0..count {
+        let ray = rays::ray(shape.profile(), family, i);
+        let truth = shape.nearest(&ray, &Solver::Exact, &mut Work::default());
+        let (Some(found), Some(truth)) = (ours(shape, &ray), truth) else {
+            continue;
+        };
+        let bound = shape.certainty(&ray, &found);
+        if bound.t == f64::INFINITY {
+            unbounded += 1;
+            continue;
+        }
+        let error = (found.t - truth.t).abs();
+        let other = found.piece != truth.piece;
+        // A crossing at a joint may be told of either piece.
+        beyond += usize::from(error > scale * bound.t);
+        beyond += usize::from(!other && (found.u - truth.u).abs() > scale * bound.u + 2e-16);
+        let normals = [found, truth].map(|c| shape.hit(&ray, c).normal);
+        let angle = (normals[0] - normals[1]).length();
+        beyond += usize::from(!other && angle > scale * bound.normal + 1e-15);
+        ratios.push(error / bound.t);
+    }
+    ratios.sort_by(f64::total_cmp);
+    (beyond, unbounded, ratios)
+}
+
+#[test]
+fn errors_of_t_u_and_normal_stay_within_their_bounds() {
+    for profile in [Profile::cup(), Profile::hourglass()] {
+        let shape = Revolution::new(profile, Placement::identity());
+        for family in FAMILIES {
+            let (beyond, unbounded, ratios) = beyond_bounds(&shape, family, 300, 1.0);
+            assert_eq!(beyond, 0, "{family:?}");
+            let tame = matches!(family, Family::Random | Family::Inside | Family::Meridian);
+            assert!(!tame || unbounded <= 3, "{family:?} {unbounded}");
+            assert!(
+                !tame || ratios[ratios.len() / 2] > 1e-3,
+                "{family:?} {ratios:?}"
+            );
+        }
+        // Bounds a hundred times as narrow would not hold.
+        assert!(beyond_bounds(&shape, Family::Random, 300, 0.01).0 > 0);
+    }
+}

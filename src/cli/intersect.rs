@@ -18,6 +18,9 @@ use std::process::ExitCode;
 /// Rays handed to the threads at a time.
 const BATCH: usize = 1 << 14;
 
+/// Rays that one thread takes at a time.
+const TOGETHER: usize = 1 << 9;
+
 /// Intersect a list of rays with a scene.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -99,9 +102,15 @@ fn intersect_all(
             break;
         }
         invalid += batch.iter().filter(|ray| !ray.is_valid()).count() as u64;
-        let answer = |(index, ray): (usize, &Ray)| rows(scene, number + index, ray, args.all);
+        let answer = |(index, rays): (usize, &[Ray])| {
+            if args.all {
+                all_rows(scene, number + index * TOGETHER, rays)
+            } else {
+                rows(scene, rays)
+            }
+        };
         let texts: Vec<String> =
-            pool.install(|| batch.par_iter().enumerate().map(answer).collect());
+            pool.install(|| batch.par_chunks(TOGETHER).enumerate().map(answer).collect());
         for text in texts {
             out.write_all(text.as_bytes())?;
         }
@@ -116,20 +125,26 @@ fn intersect_all(
     Ok(())
 }
 
-/// The output rows of one ray, each with its line end.
-fn rows(scene: &Scene, number: usize, ray: &Ray, all: bool) -> String {
-    let mut work = Work::default();
-    if all {
-        let hits = scene.intersect_all(ray, &mut work);
-        return hits
-            .iter()
-            .map(|hit| format!("{number},{}\n", row(scene, hit)))
-            .collect();
-    }
-    match scene.intersect(ray, &mut work) {
-        Some(hit) => row(scene, &hit) + "\n",
+/// The output rows of the nearest hits, each with its line end.
+fn rows(scene: &Scene, rays: &[Ray]) -> String {
+    let hits = scene.intersect_many(rays, &mut Work::default());
+    let text = |hit: &Option<Hit>| match hit {
+        Some(hit) => row(scene, hit) + "\n",
         None => "0,,,,,,,,\n".to_owned(),
+    };
+    hits.iter().map(text).collect()
+}
+
+/// The output rows of all hits of rays that are numbered from `first`.
+fn all_rows(scene: &Scene, first: usize, rays: &[Ray]) -> String {
+    let mut work = Work::default();
+    let mut text = String::new();
+    for (number, ray) in (first..).zip(rays) {
+        for hit in scene.intersect_all(ray, &mut work) {
+            text += &format!("{number},{}\n", row(scene, &hit));
+        }
     }
+    text
 }
 
 fn row(scene: &Scene, hit: &Hit) -> String {

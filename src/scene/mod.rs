@@ -9,7 +9,7 @@ pub mod sampling;
 pub mod texture;
 
 use crate::geometry::bounds::Aabb;
-use crate::geometry::hit::{Hit, Side};
+use crate::geometry::hit::{Crossing, Hit, Side};
 use crate::geometry::ray::Ray;
 use crate::geometry::revolution::Solver;
 use crate::geometry::shape::Shape;
@@ -88,6 +88,29 @@ impl Scene {
             object: index,
             ..self.objects[index].shape.hit(ray, crossing)
         })
+    }
+
+    /// As [`Scene::intersect`] for each ray, to the bit.
+    pub fn intersect_many(&self, rays: &[Ray], work: &mut Work) -> Vec<Option<Hit>> {
+        let mut rest = rays.to_vec();
+        let mut found = vec![None; rays.len()];
+        let mut nearest = vec![None; rays.len()];
+        for (index, object) in self.objects.iter().enumerate() {
+            let shape = &object.shape;
+            shape.nearest_many(&rest, &self.solver, &mut found, work);
+            for ((rest, found), nearest) in rest.iter_mut().zip(&found).zip(&mut nearest) {
+                if let Some(crossing) = *found {
+                    rest.t_max = crossing.t;
+                    *nearest = Some((index, crossing));
+                }
+            }
+        }
+        let hit = |(ray, nearest): (&Ray, Option<(usize, Crossing)>)| {
+            let (object, crossing) = nearest?;
+            let hit = self.objects[object].shape.hit(ray, crossing);
+            Some(Hit { object, ..hit })
+        };
+        rays.iter().zip(nearest).map(hit).collect()
     }
 
     /// Every hit inside the ray's open range, by rising t; hits at the same t in the order of the objects.

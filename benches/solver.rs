@@ -1,57 +1,143 @@
-//! Time of one ray against a surface of revolution, by solver.
+//! Time of one ray against a surface of revolution, by solver, family and instruction set, alone and in batches.
 
+#[path = "support/polycool.rs"]
+mod polycool;
 #[path = "../tests/solver/rays.rs"]
 mod rays;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use photolathe::geometry::profile::Profile;
 use photolathe::geometry::ray::Ray;
+use photolathe::geometry::revolution::bernstein::Prepared;
+use photolathe::geometry::revolution::clipping::ClippingSettings;
 use photolathe::geometry::revolution::newton::NewtonSettings;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver};
+use photolathe::numeric::simd::Vectors;
 use photolathe::numeric::work::Work;
 use std::hint::black_box;
 
-/// Every family is a benchmark of the default solver; the slow solvers see random rays only.
+fn rays_of(profile: &Profile, family: rays::Family, count: u64) -> Vec<Ray> {
+    let ray = |i| rays::ray(profile, family, i);
+    (0..count).map(ray).collect()
+}
+
+/// Every family is a benchmark of the default solver; the others see random rays only.
 fn solvers(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("nearest");
+    group.sample_size(20);
     for (name, profile) in [("cup", Profile::cup()), ("hourglass", Profile::hourglass())] {
         let shape = Revolution::new(profile, Placement::identity());
         for family in rays::FAMILIES {
-            let label = format!("{name}/bernstein/{family:?}");
-            measure(criterion, &label, &shape, family, &Solver::Bernstein, 1_000);
+            let rays = rays_of(shape.profile(), family, 1_000);
+            alone(
+                &mut group,
+                &format!("{name}/bernstein/{family:?}"),
+                &shape,
+                &Solver::Bernstein,
+                &rays,
+            );
+            together(
+                &mut group,
+                &format!("{name}/bernstein-batch/{family:?}"),
+                &shape,
+                &rays,
+            );
         }
+        let clipping = Solver::Clipping(ClippingSettings::default());
         let newton = Solver::Newton(NewtonSettings::default());
-        for (label, solver) in [("newton30", newton), ("exact", Solver::Exact)] {
-            let label = format!("{name}/{label}/Random");
-            measure(criterion, &label, &shape, rays::Family::Random, &solver, 20);
+        for (label, solver, count) in [
+            ("clipping", clipping, 1_000),
+            ("newton30", newton, 20),
+            ("exact", Solver::Exact, 20),
+        ] {
+            let rays = rays_of(shape.profile(), rays::Family::Random, count);
+            alone(
+                &mut group,
+                &format!("{name}/{label}/Random"),
+                &shape,
+                &solver,
+                &rays,
+            );
         }
+        rival(&mut group, &format!("{name}/polycool/Random"), &shape);
+        sets(&mut group, name, shape.profile());
     }
+    group.finish();
 }
 
 /// The time reported per element is that of one ray.
-fn measure(
-    criterion: &mut Criterion,
+fn alone(
+    group: &mut BenchmarkGroup<'_, WallTime>,
     label: &str,
     shape: &Revolution,
-    family: rays::Family,
     solver: &Solver,
-    count: u64,
+    rays: &[Ray],
 ) {
-    let rays: Vec<Ray> = (0..count)
-        .map(|i| rays::ray(shape.profile(), family, i))
-        .collect();
-    let mut group = criterion.benchmark_group("nearest");
-    group
-        .throughput(Throughput::Elements(count))
-        .sample_size(20);
+    group.throughput(Throughput::Elements(rays.len() as u64));
     group.bench_function(label, |bencher| {
         bencher.iter(|| {
             let mut work = Work::default();
-            for ray in &rays {
+            for ray in rays {
                 black_box(shape.nearest(black_box(ray), solver, &mut work));
             }
         });
     });
-    group.finish();
+}
+
+fn together(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    label: &str,
+    shape: &Revolution,
+    rays: &[Ray],
+) {
+    let mut found = vec![None; rays.len()];
+    group.throughput(Throughput::Elements(rays.len() as u64));
+    group.bench_function(label, |bencher| {
+        bencher.iter(|| {
+            let mut work = Work::default();
+            let rays = black_box(rays);
+            shape.nearest_many(rays, &Solver::Bernstein, &mut found, &mut work);
+            black_box(&found);
+        });
+    });
+}
+
+fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, shape: &Revolution) {
+    let powers = polycool::Powers::new(shape.profile());
+    let rays = rays_of(shape.profile(), rays::Family::Random, 1_000);
+    group.throughput(Throughput::Elements(rays.len() as u64));
+    group.bench_function(label, |bencher| {
+        bencher.iter(|| {
+            for ray in &rays {
+                black_box(powers.nearest(black_box(ray)));
+            }
+        });
+    });
+}
+
+/// What the instruction sets buy, with the same bits.
+fn sets(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, profile: &Profile) {
+    let rays = rays_of(profile, rays::Family::Random, 1_000);
+    let mut found = vec![None; rays.len()];
+    for vectors in Vectors::all() {
+        let prepared = Prepared::new(profile).with_vectors(vectors);
+        group.bench_function(format!("{name}/{vectors}/Random"), |bencher| {
+            bencher.iter(|| {
+                let mut work = Work::default();
+                for ray in &rays {
+                    let _ = black_box(prepared.nearest(black_box(ray), &mut work));
+                }
+            });
+        });
+        group.bench_function(format!("{name}/{vectors}-batch/Random"), |bencher| {
+            bencher.iter(|| {
+                let (mut work, mut undecided) = (Work::default(), Vec::new());
+                prepared.nearest_many(black_box(&rays), &mut found, &mut undecided, &mut work);
+                black_box(&found);
+            });
+        });
+    }
 }
 
 criterion_group!(benches, solvers);

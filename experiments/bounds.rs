@@ -46,7 +46,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "ns_per_ray",
     ],
     timed: true,
-    cpu_seconds: [3.0, 120.0, 1200.0],
+    cpu_seconds: [2.0, 130.0, 1000.0],
     plan: |_| grid([("profile", values(PROFILES.map(|s| s.name())))]),
     execute,
     conclude: conclusion::conclude,

@@ -6,7 +6,7 @@ use crate::geometry::profile::Profile;
 use crate::geometry::ray::Ray;
 use crate::geometry::revolution::newton::{NewtonSettings, StartPolicy};
 use crate::geometry::revolution::{Placement, Revolution, Solver};
-use crate::lab::claim::{Claim, Estimate, Subject};
+use crate::lab::claim::{Claim, Estimate};
 use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::numeric::rng::{Purpose, Stream};
@@ -26,7 +26,7 @@ pub const EXPERIMENT: Experiment = Experiment {
              8 were right, or 1600 were made (inverse sampling, Haldane 1945). The unbiased estimate of (1-p)^k is the share of \
              the orders of these outcomes that begin with k wrong rounds. Failures at k are those of the solver itself, with k \
              starts of another seed. β is the maximum-likelihood exponent of the survival of rays with fewer than 8 right rounds, \
-             from 80 rounds on. Stratified starts are not independent: their p predicts nothing.",
+             from 34 rounds on: there it looks at the shares that decide failures at 10 starts. Stratified starts are not independent: their p predicts only what independent ones would do.",
     columns: &[
         "policy",
         "starts",
@@ -40,7 +40,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "failed_200",
     ],
     timed: false,
-    cpu_seconds: [2.0, 50.0, 2000.0],
+    cpu_seconds: [2.6, 69.0, 870.0],
     plan: |_| grid([("policy", values(POLICIES.map(|(name, _)| name)))]),
     execute,
     conclude,
@@ -54,6 +54,10 @@ const MOST: u32 = 1600;
 const ASKED: [u32; 6] = [1, 3, 10, 30, 100, 200];
 /// Policies whose starts are independent of each other.
 const INDEPENDENT: [&str; 2] = ["random-u", "solve-height"];
+/// The policy whose starts are not.
+const STRATIFIED: &str = "stratified";
+/// Rounds in which fewer than [`ENOUGH`] are right for as many rays' shares as none of one start: (8 + β)/(1 + β) at β = 1.9.
+const ROUNDS: f64 = (ENOUGH as f64 - LAW.0) / (1.0 - LAW.0);
 /// Margin of the difference of the two exponents.
 const SAME_LAW: f64 = 0.3;
 
@@ -107,7 +111,7 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let surface = Revolution::new(Profile::cup(), Placement::identity());
     let mut counts: BTreeMap<(u32, u32), [u64; 1 + ASKED.len()]> = BTreeMap::new();
     let mut work = Work::default();
-    for index in 0..effort.of([10_000, 250_000, 10_000_000]) {
+    for index in 0..effort.of([30_000, 800_000, 10_000_000]) {
         let ray = random_ray(&mut Stream::new(seed, Purpose::Experiment, index));
         if let Some(truth) = surface.nearest(&ray, &Solver::Bernstein, &mut work) {
             let trial = Trial {
@@ -201,10 +205,14 @@ fn conclude(table: &Table, effort: Effort) -> Conclusion {
                 "Measured over predicted failures at {starts} starts: the mean of (1-p)^{starts} over the rays ({policy})."
             );
             let subject = EXPERIMENT.subject(&name, &statement, least, effort);
-            claims.push(agreement(subject, &counts, starts));
+            claims.push(Claim::null(subject, ratio(&counts, starts), 1.0, 0.5));
         }
     }
-    claims.extend([law(&random, effort), one_law(&random, effort)]);
+    claims.extend([
+        law(&random, effort),
+        one_law(&random, effort),
+        stratified(table, effort),
+    ]);
     Conclusion {
         claims,
         plots: vec![shares_plot(table), failures_plot(table)],
@@ -212,8 +220,9 @@ fn conclude(table: &Table, effort: Effort) -> Conclusion {
     }
 }
 
-/// Both numbers are of the same rays, so their difference has expectation 0 for every ray, and its squares its variance.
-fn agreement(subject: Subject, counts: &[Count], starts: u32) -> Claim {
+/// Measured over predicted failures. Both numbers are of the same rays, so if starts are independent their difference has
+/// expectation 0 for every ray, and its squares its variance.
+fn ratio(counts: &[Count], starts: u32) -> Estimate {
     let at = ASKED.iter().position(|&k| k == starts).unwrap_or(0);
     let k = f64::from(starts);
     let expected = predicted(counts, k);
@@ -222,17 +231,34 @@ fn agreement(subject: Subject, counts: &[Count], starts: u32) -> Claim {
         failed * (1.0 - wrong) * (1.0 - wrong) + (count.rays - failed) * wrong * wrong
     });
     let error = squares.sum::<f64>().sqrt() / expected;
-    let ratio = failed(counts, at) / expected;
-    let estimate = Estimate::known(ratio, error, rays(counts, |_| true));
-    Claim::null(subject, estimate, 1.0, 0.5)
+    let hits = rays(counts, |_| true);
+    Estimate::known(failed(counts, at) / expected, error, hits)
 }
 
-/// Exponent −β of P(p < x) ~ x^β with its standard error, and the number of rays that it rests on. Fewer than 8 right rounds of n
-/// have, of the rays with small p, a share that depends on n p only: the mean of a function of n p falls as n^-β.
+fn stratified(table: &Table, effort: Effort) -> Claim {
+    let statement = "Stratified starts fail less often than independent ones of the same shares: measured over predicted failures at 10 \
+                     starts are .4 to .9.";
+    let subject = EXPERIMENT.subject(
+        "stratified starts help",
+        statement,
+        Effort::Standard,
+        effort,
+    );
+    let estimate = ratio(&counts(table, STRATIFIED), 10);
+    let half = 2.0 * estimate.standard_error;
+    let interval = (estimate.value - half, estimate.value + half);
+    Claim::in_range(subject, estimate.value, interval, estimate.n, (0.4, 0.9))
+}
+
+/// Exponent −β of P(p < x) ~ x^β with its standard error, and the number of rays that it rests on, over the shares that decide the
+/// failures at [`LAW_FROM`] starts and more.
+///
+/// The rays with fewer than m right rounds of n fall as n^-β, like those without any of k. Their mean n p is (m + β) β/(β + 1), and
+/// β is the mean k p of the failures: both look at the same shares if n is [`ROUNDS`] times k.
 fn exponent_of_shares(counts: &[Count]) -> (f64, f64, u64) {
     let levels = ASKED.iter().map(|&k| f64::from(k));
     let levels = levels.filter(|&k| k >= LAW_FROM).map(|k| {
-        let rounds = f64::from(ENOUGH) * k;
+        let rounds = ROUNDS * k;
         let short = |count: &Count| count.starts > rounds || !count.stopped();
         (rounds, rays(counts, short) as f64)
     });
@@ -332,6 +358,7 @@ fn failures_plot(table: &Table) -> Plot {
 mod tests {
     use super::*;
     use crate::lab::claim::Verdict;
+    use crate::lab::table::Value;
 
     fn count(starts: u32, right: u32) -> Count {
         Count {
@@ -373,16 +400,16 @@ mod tests {
                     "{p} {k}: {found}"
                 );
             }
-            let plain = |count: &Count| libm::pow(1.0 - count.right / count.starts, 30.0);
-            assert!((expectation(p, plain) / libm::pow(1.0 - p, 30.0) - 1.0).abs() > 1e-3);
         }
+        let plain = |count: &Count| libm::pow(1.0 - count.right / count.starts, 30.0);
+        assert!((expectation(0.1, plain) / libm::pow(0.9, 30.0) - 1.0).abs() > 0.01);
         assert!((expectation(0.1, Count::share) - 0.1).abs() < 1e-9);
     }
 
-    /// The table of rays whose shares follow P(p < x) = x^β, and of a solver whose starts are right `skill` times as often.
-    fn planted(beta: f64, skill: f64, hits: u64) -> Table {
+    /// The rows of rays whose shares follow P(p < x) = x^β, and of a solver whose starts are right `skill` times as often.
+    fn planted(policy: &str, beta: f64, skill: f64) -> Vec<Vec<Value>> {
         let mut rows: BTreeMap<(u32, u32), [u64; 7]> = BTreeMap::new();
-        for index in 0..hits {
+        for index in 0..200_000 {
             let mut s = Stream::new(7, Purpose::Test, index);
             let p = libm::pow(s.uniform(), 1.0 / beta);
             let (mut starts, mut right) = (0, 0);
@@ -396,34 +423,35 @@ mod tests {
                 *counted += 1;
             }
         }
-        let all = INDEPENDENT.iter().flat_map(|&policy| {
-            let row = move |(&(starts, right), count): (&(u32, u32), &[u64; 7])| {
-                [vec![policy.into()], values([starts, right]), values(*count)].concat()
-            };
-            rows.iter().map(row)
-        });
-        EXPERIMENT.table(all.collect())
+        let row = |((starts, right), count): (&(u32, u32), &[u64; 7])| {
+            let counts = [values([*starts, *right]), values(*count)].concat();
+            [vec![policy.into()], counts].concat()
+        };
+        rows.iter().map(row).collect()
+    }
+
+    /// Verdicts on shares of an exponent, of a skill of the independent starts, and one of the stratified starts.
+    fn verdicts(beta: f64, skill: f64, stratified: f64) -> Vec<Verdict> {
+        let independent = INDEPENDENT.map(|policy| planted(policy, beta, skill));
+        let rows = [independent.concat(), planted(STRATIFIED, beta, stratified)].concat();
+        let claims = conclude(&EXPERIMENT.table(rows), Effort::Standard).claims;
+        claims.iter().map(|claim| claim.verdict).collect()
     }
 
     #[test]
     fn wrong_distributions_fail_the_claims() {
-        let verdicts = |beta, skill| -> Vec<Verdict> {
-            let claims = conclude(&planted(beta, skill, 40_000), Effort::Standard).claims;
-            claims.iter().map(|claim| claim.verdict).collect()
-        };
         use Verdict::{Fail, Pass};
-        assert_eq!(verdicts(1.9, 1.0), [Pass; 6]);
-        assert_eq!(verdicts(1.1, 1.0), [Pass, Pass, Pass, Pass, Fail, Pass]);
-        let [three, thirty, _, _, law, _] = verdicts(1.9, 0.5)[..] else {
-            panic!("six claims");
-        };
-        assert_eq!([three, thirty, law], [Fail, Fail, Pass]);
+        assert_eq!(verdicts(1.9, 1.0, 1.25), [Pass; 7]);
+        assert_eq!(verdicts(1.1, 1.0, 1.4)[4..], [Fail, Pass, Pass]);
+        let unskilled = verdicts(1.9, 0.5, 1.0);
+        assert_eq!(unskilled[..4], [Fail; 4]);
+        assert_eq!(unskilled[4..], [Pass, Pass, Fail]);
     }
 
     /// Failures that fall exponentially are another law than that of the shares.
     #[test]
     fn another_law_of_failures_fails_the_claim() {
-        let mut table = planted(1.9, 1.0, 40_000);
+        let mut table = EXPERIMENT.table(planted(INDEPENDENT[0], 1.9, 1.0));
         let last = table.column("failed_200");
         for row in &mut table.rows {
             for column in &mut row[last - 2..=last] {
@@ -431,7 +459,7 @@ mod tests {
             }
         }
         for row in table.rows.iter_mut().take(2) {
-            row[last - 2] = 2_u64.into();
+            row[last - 2] = 20_u64.into();
         }
         let claims = conclude(&table, Effort::Standard).claims;
         assert_eq!(claims[5].verdict, Verdict::Fail);

@@ -212,10 +212,8 @@ fn errors_of_t_u_and_normal_stay_within_their_bounds() {
             assert_eq!(beyond, 0, "{family:?}");
             let tame = matches!(family, Family::Random | Family::Inside | Family::Meridian);
             assert!(!tame || unbounded <= 3, "{family:?} {unbounded}");
-            assert!(
-                !tame || ratios[ratios.len() / 2] > 1e-3,
-                "{family:?} {ratios:?}"
-            );
+            // Most hits have no error at all; the worst comes within a hundredth of its bound.
+            assert!(!tame || ratios.last() > Some(&1e-2), "{family:?}");
         }
         // Bounds a hundred times as narrow would not hold.
         assert!(beyond_bounds(&shape, Family::Random, 300, 0.01).0 > 0);

@@ -25,8 +25,8 @@ pub const EXPERIMENT: Experiment = Experiment {
                  start for Newton, and are a double root for a polynomial. Certainty is also the fastest.",
     method: "Twelve profiles, each with the families of rays that fit it; all solvers answer the same rays. The truth is the exact oracle; \
              a hit is right if its t is that of the nearest crossing within the solver's own accuracy, and a miss only if there is \
-             none: no answer is excused as a graze. Errors of right hits are relative to |o| + t |d|, `max_ulps` counts ε (|o| + t \
-             |d|)/|n · d|. Times are CPU time a ray, the median over chunks of rays; polycool (kurbo) and Bezier clipping \
+             none: no answer is excused as a graze. Errors of right hits are relative to the size of the coordinates, s = |o| + t |d| or, if \
+             greater, radius + height of the surface; `max_ulps` counts ε s/|n · d|. Times are CPU time a ray, the median over chunks of rays; polycool (kurbo) and Bezier clipping \
              (Nishita, Sederberg and Kakimoto 1990) stand for what one would use instead.",
     columns: &[
         "solver",
@@ -178,7 +178,9 @@ impl Tally {
             }
             if let Some(error) = judged.error {
                 self.errors.push(error.distance / asked.scale);
-                self.max_ulps = self.max_ulps.max(error.ulps);
+                let cosine = asked.nearest.map_or(1.0, |(_, cosine)| cosine);
+                let ulps = error.distance * cosine / (f64::EPSILON * asked.scale);
+                self.max_ulps = self.max_ulps.max(ulps);
             }
         }
     }

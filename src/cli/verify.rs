@@ -255,7 +255,7 @@ fn estimate(chosen: &[&Experiment], args: &VerifyArgs) -> anyhow::Result<String>
     let threads = args.threads.unwrap_or_else(|| Machine::here().cores);
     text += &format!(
         "in all         about {} of CPU, {} on {threads} threads; within a factor of two, from the CPU seconds that each experiment\n\
-         states (smoke is measured, the others are scaled by the amount of work)\n",
+         states (measured at smoke, scaled by the amount of work elsewhere)\n",
         duration(sum),
         duration(sum / threads as f64)
     );

@@ -33,7 +33,7 @@ pub const SHOWPIECES: [Showpiece; 2] = [
     },
 ];
 
-/// CPU seconds of all pictures at smoke, standard and full effort: the first measured, the others scaled by samples and photons.
+/// CPU seconds of all pictures at smoke, standard and full effort: the first estimated from whole runs, the others scaled by samples and photons.
 pub const CPU_SECONDS: [f64; 3] = [16.0, 300.0, 2500.0];
 
 /// Hears passes done and planned.

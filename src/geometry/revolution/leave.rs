@@ -33,7 +33,7 @@ impl Revolution {
     /// profile that does not cut itself this is membership: p is outside on the front, inside on the back. So a certified solver
     /// neither meets the sheet that the ray leaves nor skips another one.
     ///
-    /// Where the profile is clear around the hit ([`Clearance`]), the hit's error bound proves it. Elsewhere (joints, cusps, the
+    /// Where the profile is clear around the hit (`Clearance`), the hit's error bound proves it. Elsewhere (joints, cusps, the
     /// axis, thin walls) a probe decides: a short ray from the start back to the surface must meet this sheet first, from this
     /// side; the solver's exact arithmetic decides what its rounding cannot. If it does not, starts nearer and farther, along the
     /// normal, along the ray, and between the normals of a joint, are tried.

@@ -143,39 +143,53 @@ fn faster(
     Claim::in_range(subject, decades, interval, 1, (least, 5.0))
 }
 
-/// Share of failures against time, a point for each method; where none was seen, the bound that n rays prove.
+/// Share of failures against time, a point for each method and number of starts; where none was seen, the bound that n rays prove.
 fn front(title: &str, rows: &[Row], easy: bool) -> Plot {
-    let mut names: Vec<(&str, f64)> = Vec::new();
+    let mut names: Vec<&str> = Vec::new();
     for row in rows {
-        if !names.contains(&(row.solver.as_str(), row.starts)) {
-            names.push((&row.solver, row.starts));
+        if !names.contains(&row.solver.as_str()) {
+            names.push(&row.solver);
         }
     }
-    let methods = names.into_iter().filter_map(|(name, starts)| {
-        let mine = || {
-            let same = move |row: &&Row| row.solver == name && row.starts == starts;
-            let group = move |row: &&Row| EASY.contains(&row.family.as_str()) == easy;
-            rows.iter().filter(same).filter(group)
-        };
-        let sum = |value: fn(&Row) -> f64| mine().map(value).sum::<f64>();
-        let rays = sum(|row| row.rays);
-        let failed = sum(Row::failures);
-        let time = sum(|row| row.rays * row.ns_per_ray) / rays;
-        let bound = zero_failures_bound(rays as u64, 0.95);
-        let label = match (starts, failed) {
-            (0.0, 0.0) => format!("{name} (bound)"),
-            (0.0, _) => name.to_owned(),
-            _ => format!("{name} {starts}"),
-        };
-        let point = (time, if failed > 0.0 { failed / rays } else { bound });
-        (rays > 0.0).then(|| Series::scattered(label, [point]))
+    let methods = names.into_iter().map(|name| {
+        let group = |row: &&Row| EASY.contains(&row.family.as_str()) == easy;
+        let mine: Vec<&Row> = (rows.iter())
+            .filter(|row| row.solver == name)
+            .filter(group)
+            .collect();
+        let mut starts: Vec<f64> = mine.iter().map(|row| row.starts).collect();
+        starts.sort_by(f64::total_cmp);
+        starts.dedup();
+        let points = starts.iter().map(|&starts| point(&mine, starts));
+        let series = Series::scattered(name, points);
+        let numbered = starts.iter().any(|&starts| starts > 0.0);
+        if numbered {
+            series.with_labels(&starts)
+        } else {
+            series
+        }
     });
     Plot::speed_error(
         title,
         "CPU time per ray (ns)",
-        "share of rays answered wrongly",
-        methods,
+        "share of rays answered wrongly, or 95 % bound where none",
+        methods.collect::<Vec<_>>(),
     )
+}
+
+/// Mean time and share of failures of the rows with a number of starts.
+fn point(rows: &[&Row], starts: f64) -> (f64, f64) {
+    let sum = |value: fn(&Row) -> f64| {
+        let mine = rows.iter().filter(|row| row.starts == starts);
+        mine.map(|row| value(row)).sum::<f64>()
+    };
+    let (rays, failed) = (sum(|row| row.rays), sum(Row::failures));
+    let share = if failed > 0.0 {
+        failed / rays
+    } else {
+        zero_failures_bound(rays as u64, 0.95)
+    };
+    (sum(|row| row.rays * row.ns_per_ray) / rays, share)
 }
 
 #[cfg(test)]

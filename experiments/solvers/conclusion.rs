@@ -48,7 +48,8 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
     let (batch, newton, library) = (of(BATCH), of(NEWTON), of(LIBRARY));
     let bernstein = [of(BERNSTEIN), of(BATCH)].concat();
     let subject = |claim, statement| EXPERIMENT.subject(claim, statement, Effort::Smoke, effort);
-    let speed = |claim, statement| EXPERIMENT.subject(claim, statement, Effort::Standard, effort);
+    let at_standard =
+        |claim, statement| EXPERIMENT.subject(claim, statement, Effort::Standard, effort);
     let sum =
         |rows: &[&Row], value: fn(&Row) -> f64| rows.iter().map(|row| value(row)).sum::<f64>();
     let level: Vec<&Row> = (newton.iter().copied())
@@ -71,7 +72,7 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
             sum(&bernstein, |row| row.rays) as u64,
         ),
         Claim::exact(
-            subject("hits are sharp", sharp),
+            at_standard("hits are sharp", sharp),
             bernstein
                 .iter()
                 .filter(|row| row.max_ulps > MOST_ULPS)
@@ -84,7 +85,7 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
             sum(&level, |row| row.true_hits) as u64,
         ),
         faster(
-            speed(
+            at_standard(
                 "faster than thirty starts",
                 "On random rays at cup and hourglass Bernstein isolation in batches is at least 100 times as fast as 30 starts of Newton's \
                  method (log10).",
@@ -94,7 +95,7 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
             100.0,
         ),
         faster(
-            speed(
+            at_standard(
                 "faster than a library",
                 "On the same rays it is at least 7 times as fast as polycool at 1e-14 (log10).",
             ),

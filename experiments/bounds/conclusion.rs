@@ -48,7 +48,8 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
     let sum = |value: fn(&Row) -> f64| rows.iter().map(value).sum::<f64>() as u64;
     let lost = "No ray that hits by the exact oracle gets no hit, behind any volume.";
     let same = "Every answer (t, piece, u) has the bits of the answer without a volume.";
-    let nested = "A volume within another culls at least as many rays (cells of profile, family but for grazes, and pair that say otherwise).";
+    let nested = "A volume within another culls at least as many rays, but for one in a hundred that touches both (cells of profile, family but for \
+                  grazes, and pair that say otherwise).";
     let nothing = "Without a volume nothing is culled, and no volume culls more rays than miss (cells that say otherwise).";
     let fastest = "Wide and random rays at cup and hourglass: the tight cylinder takes at most 1.5 times as long as the fastest volume \
                    (worst of four; log10).";
@@ -91,7 +92,11 @@ fn find<'a>(rows: &'a [Row], volume: &str, profile: &str, family: &str) -> Optio
     rows.iter().find(same)
 }
 
-/// Rays that touch the volumes themselves to within rounding: the cylinder, tested in the solver's own units, has other roundings.
+/// Share of a family's rays that may touch two volumes to within rounding: the cylinder, tested in the solver's own units, has other
+/// roundings, so that it may keep such a ray that another volume culls.
+const TOUCHING: f64 = 0.01;
+
+/// Rays that touch the volumes themselves: all of them may.
 const GRAZES: &str = "grazes";
 
 fn ordered(subject: Subject, rows: &[Row]) -> Claim {
@@ -101,7 +106,9 @@ fn ordered(subject: Subject, rows: &[Row]) -> Claim {
         for tight in rows.iter().filter(settled) {
             let loose = find(rows, outer, &tight.profile, &tight.family);
             n += 1;
-            failures += u64::from(loose.is_none_or(|loose| loose.culled > tight.culled));
+            failures += u64::from(
+                loose.is_none_or(|loose| loose.culled > tight.culled + TOUCHING * tight.rays),
+            );
         }
     }
     Claim::exact(subject, failures, n)
@@ -200,8 +207,8 @@ mod tests {
             verdicts("differing_hits", 1),
             [Pass, Fail, Pass, Pass, Pass]
         );
-        assert_eq!(verdicts("culled", 390), [Pass, Pass, Fail, Pass, Pass]);
-        assert_eq!(verdicts("culled", 601), [Pass, Pass, Fail, Pass, Pass]);
+        assert_eq!(verdicts("culled", 380), [Pass, Pass, Fail, Pass, Pass]);
+        assert_eq!(verdicts("culled", 620), [Pass, Pass, Fail, Pass, Pass]);
         assert_eq!(verdicts("tightness", 1.01), [Pass, Pass, Pass, Fail, Pass]);
         assert_eq!(
             verdicts("ns_per_ray", 900.0),

@@ -49,7 +49,7 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
     let lost = "No ray that hits by the exact oracle gets no hit, behind any volume.";
     let same = "Every answer (t, piece, u) has the bits of the answer without a volume.";
     let nested = "A volume within another culls at least as many rays, but for one in a hundred that touches both (cells of profile, family but for \
-                  grazes, and pair that say otherwise).";
+                  grazes and joints, and pair that say otherwise).";
     let nothing = "Without a volume nothing is culled, and no volume culls more rays than miss (cells that say otherwise).";
     let fastest = "Wide and random rays at cup and hourglass: the tight cylinder takes at most 1.5 times as long as the fastest volume \
                    (worst of four; log10).";
@@ -96,13 +96,14 @@ fn find<'a>(rows: &'a [Row], volume: &str, profile: &str, family: &str) -> Optio
 /// roundings, so that it may keep such a ray that another volume culls.
 const TOUCHING: f64 = 0.01;
 
-/// Rays that touch the volumes themselves: all of them may.
-const GRAZES: &str = "grazes";
+/// Families aimed at the volumes' own walls: all of their rays may.
+const AT_THE_WALL: [&str; 2] = ["grazes", "joints"];
 
 fn ordered(subject: Subject, rows: &[Row]) -> Claim {
     let (mut failures, mut n) = (0, 0);
     for (inner, outer) in NESTED {
-        let settled = |row: &&Row| row.volume == inner && row.family != GRAZES;
+        let settled =
+            |row: &&Row| row.volume == inner && !AT_THE_WALL.contains(&row.family.as_str());
         for tight in rows.iter().filter(settled) {
             let loose = find(rows, outer, &tight.profile, &tight.family);
             n += 1;

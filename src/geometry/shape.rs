@@ -12,10 +12,7 @@ use glam::DVec3;
 
 /// A surface that rays can meet.
 #[derive(Clone, Debug)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "a scene has few shapes and none is moved after loading"
-)]
+#[expect(clippy::large_enum_variant, reason = "few, not moved once loaded")]
 pub enum Shape {
     /// Surface of revolution of a piecewise cubic Bezier profile.
     Revolution(Revolution),

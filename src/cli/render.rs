@@ -8,7 +8,9 @@ use crate::image::picture::Picture;
 use crate::image::{exr, png};
 use crate::render::driver::{self, Control, Outcome, Progress};
 use crate::render::settings::Settings;
-use crate::scene::options::{Antialias, Integrator, RenderTable, Rule, SolverName};
+use crate::scene::options::{
+    Antialias, Hash, Integrator, RenderTable, Resampling, Rule, SolverName,
+};
 use crate::scene::{self, Scene};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -64,6 +66,15 @@ pub struct RenderArgs {
     /// Antialiasing of whitted.
     #[arg(long, value_enum)]
     pub aa: Option<Antialias>,
+    /// What enters the path hash.
+    #[arg(long, value_enum)]
+    pub hash: Option<Hash>,
+    /// How antialiasing resamples.
+    #[arg(long, value_enum)]
+    pub pattern: Option<Resampling>,
+    /// Least difference that contrast (default .3) and variance (default .1) resample.
+    #[arg(long, value_parser = positive)]
+    pub threshold: Option<f64>,
     /// How surfaces of revolution are solved.
     #[arg(long, value_enum)]
     pub solver: Option<SolverName>,
@@ -119,6 +130,9 @@ impl RenderArgs {
             radius: self.radius,
             rule: self.rule,
             aa: self.aa,
+            hash: self.hash,
+            pattern: self.pattern,
+            threshold: self.threshold,
             solver: self.solver,
             threads: self.threads.map(usize::from),
             seed: self.seed,
@@ -216,13 +230,17 @@ fn ignored(args: &RenderArgs, integrator: Integrator) -> Vec<String> {
         integrator,
         Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
     );
+    let whitted = integrator == Integrator::Whitted;
     let flags = [
         ("--passes", args.passes.is_some(), photon),
         ("--photons", args.photons.is_some(), photon),
         ("--alpha", args.alpha.is_some(), photon),
         ("--radius", args.radius.is_some(), photon),
         ("--rule", args.rule.is_some(), photon),
-        ("--aa", args.aa.is_some(), integrator == Integrator::Whitted),
+        ("--aa", args.aa.is_some(), whitted),
+        ("--hash", args.hash.is_some(), whitted),
+        ("--pattern", args.pattern.is_some(), whitted),
+        ("--threshold", args.threshold.is_some(), whitted),
     ];
     let unused = flags.into_iter().filter(|&(_, given, used)| given && !used);
     unused

@@ -2,6 +2,7 @@
 
 pub mod agreement;
 pub mod analytic;
+pub mod antialias;
 pub mod basins;
 pub mod bounds;
 pub mod cup;
@@ -29,6 +30,7 @@ pub const ALL: &[Experiment] = &[
     watertight::EXPERIMENT,
     dose::EXPERIMENT,
     photons::EXPERIMENT,
+    antialias::EXPERIMENT,
     fresnel::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,

@@ -5,7 +5,7 @@ use photolathe::numeric::rng::mix;
 use photolathe::numeric::work::Work;
 use photolathe::render::antialias::fingerprint::{Event, Fingerprint, Met, PathHash};
 use photolathe::render::antialias::mask::mask;
-use photolathe::render::antialias::pattern::{CENTER, Place, grid};
+use photolathe::render::antialias::pattern::{CENTER, Place, ROOKS, grid};
 use photolathe::render::driver::render_unwatched;
 use photolathe::render::film::Film;
 use photolathe::render::settings::Settings;
@@ -565,7 +565,7 @@ fn a_checker_of_pixels_marks_all_at_a_bounded_cost() {
     assert!(work.camera_rays <= 10 * 400, "{}", work.camera_rays);
 }
 
-/// Every pattern's mean over a uniform picture is that picture; where all is resampled, the count of samples is the pattern's.
+/// Where all is resampled, the count of samples is the pattern's.
 #[test]
 fn every_pattern_has_its_number_of_samples() {
     let scene = scene(&[]);
@@ -573,7 +573,6 @@ fn every_pattern_has_its_number_of_samples() {
         (Resampling::Two, 4.0),
         (Resampling::Three, 9.0),
         (Resampling::Four, 16.0),
-        (Resampling::Adaptive, 1.0),
     ] {
         let settings = Settings {
             pattern,
@@ -584,9 +583,10 @@ fn every_pattern_has_its_number_of_samples() {
     }
 }
 
-/// Repeated hashing: where a 3×3 grid sees no edge the adaptive picture is its mean, and elsewhere nearer to a 9×9 grid.
+/// Repeated hashing: four samples where they and the centre have one path, all sixteen elsewhere; nearly the picture of sixteen
+/// everywhere.
 #[test]
-fn repeated_hashing_refines_the_cells_that_hold_an_edge() {
+fn repeated_hashing_spends_its_samples_where_paths_differ() {
     let scene = scene(&[]);
     let film = |pattern, aa| {
         let settings = Settings {
@@ -596,30 +596,30 @@ fn repeated_hashing_refines_the_cells_that_hold_an_edge() {
         };
         render_unwatched(&scene, &settings).expect("a picture").film
     };
-    let three = film(Resampling::Three, Antialias::PathHash);
+    let four = film(Resampling::Four, Antialias::PathHash);
     let adaptive = film(Resampling::Adaptive, Antialias::PathHash);
-    // 12×12 frames of the same view at nine times the size: each pixel's 81 centres.
-    let fine = self::scene(&[("film.width", "360"), ("film.height", "288")]);
-    let fine = render_unwatched(&fine, &settings(Antialias::None))
-        .expect("a picture")
-        .film;
-    let truth = |index: usize| {
-        let (x, y) = (index % 40, index / 40);
-        let sum: f64 = (0..81)
-            .map(|k| {
-                fine.pixels()[(9 * y + k / 9) * 360 + 9 * x + k % 9]
-                    .mean()
-                    .x
-            })
-            .sum();
-        sum / 81.0
-    };
-    let error = |film: &Film| -> f64 {
-        let off = |index: usize| film.pixels()[index].mean().x - truth(index);
-        (0..40 * 32).map(|index| off(index) * off(index)).sum()
-    };
-    let (coarse, refined) = (error(&three), error(&adaptive));
-    assert!(refined < 0.5 * coarse, "{refined} {coarse}");
+    let settings = settings(Antialias::None);
+    let whitted = Whitted::new(&scene, &settings);
+    let (mut few, mut many) = (0, 0);
+    for (index, (pixel, all)) in adaptive.pixels().iter().zip(four.pixels()).enumerate() {
+        match pixel.count() {
+            1.0 => assert_eq!(pixel, all, "not marked"),
+            4.0 => few += 1,
+            16.0 => {
+                many += 1;
+                let gap = (pixel.mean() - all.mean()).abs().max_element();
+                assert!(gap < 1e-12, "the same sixteen places, {gap} at {index}");
+            }
+            other => panic!("{other} samples"),
+        }
+        let at = |offset| whitted.fingerprint(index, offset, &mut Work::default());
+        let center = at(CENTER.offset).value(Hash::Objects);
+        let rooks = ROOKS.map(|place| at(grid(4)[place].offset).value(Hash::Objects));
+        if pixel.count() == 4.0 {
+            assert_eq!(rooks, [center; 4]);
+        }
+    }
+    assert!(few > 30 && many > 100, "{few} {many}");
 }
 
 /// Contrast marks by colour, so a shadow's edge is found without a hash; a threshold beyond white against black marks nothing.

@@ -8,7 +8,7 @@ mod tree;
 
 use super::antialias::fingerprint::Fingerprint;
 use super::antialias::mask::{contrast, mask, mask_by};
-use super::antialias::pattern::{CENTER, Place, grid, thirds, within};
+use super::antialias::pattern::{CENTER, Place, ROOKS, grid};
 use super::film::{Film, Pixel};
 use super::settings::Settings;
 use crate::geometry::ray::Ray;
@@ -94,6 +94,11 @@ impl<'a> Whitted<'a> {
         self.tree(ray, None, work).1
     }
 
+    /// One sample of a pixel at a place of it, for pictures finer than a pattern. A pure function of its arguments and the seed.
+    pub fn sample(&self, pass: u64, index: usize, place: Place, work: &mut Work) -> Rgb {
+        self.look(pass, index, place, work).radiance
+    }
+
     /// The first look at every pixel; at none that is known to be resampled.
     fn firsts(&self, pass: u64, width: usize, pixels: usize) -> (Vec<Option<First>>, Work) {
         let known = self.resampled.as_deref();
@@ -169,11 +174,7 @@ impl<'a> Whitted<'a> {
             Resampling::Two => 2,
             Resampling::Three => 3,
             Resampling::Four => 4,
-            Resampling::Adaptive => {
-                let cells = thirds().map(&mut look);
-                pixel.add(self.refined(&cells, &mut look));
-                return;
-            }
+            Resampling::Adaptive => return self.resample_twice(&mut look, pixel),
         };
         let (middle, others): (Vec<_>, Vec<_>) =
             grid(side).into_iter().partition(|place| *place == CENTER);
@@ -182,30 +183,27 @@ impl<'a> Whitted<'a> {
         }
     }
 
-    /// The mean over a pixel's nine cells, where those that differ from a neighbour count with the mean of nine samples of their own.
-    fn refined(&self, cells: &[First; 9], look: &mut impl FnMut(Place) -> First) -> Rgb {
-        let differ = match self.settings.aa {
-            Antialias::Contrast => self.marked(cells, 3),
-            _ => mask(&cells.map(|cell| cell.hash), 3),
+    /// Adds four samples, and the other twelve of the 4×4 grid where these and the centre do not all agree.
+    fn resample_twice(&self, look: &mut impl FnMut(Place) -> First, pixel: &mut Pixel) {
+        let places = grid(4);
+        let firsts = ROOKS.map(|place| look(places[place]));
+        let center = look(CENTER);
+        let differs = |first: &First| match self.settings.aa {
+            Antialias::Contrast | Antialias::Variance => {
+                contrast(first.radiance, center.radiance) > self.settings.threshold
+            }
+            _ => first.hash != center.hash,
         };
-        let sum: Rgb = (0..9)
-            .map(|cell| {
-                if !differ[cell] {
-                    return cells[cell].radiance;
+        for first in firsts {
+            pixel.add(first.radiance);
+        }
+        if firsts.iter().any(differs) {
+            for (index, &place) in places.iter().enumerate() {
+                if !ROOKS.contains(&index) {
+                    pixel.add(look(place).radiance);
                 }
-                let places = within(cell).into_iter();
-                let known = thirds()[cell];
-                let samples = places.map(|place| {
-                    if place == known {
-                        cells[cell].radiance
-                    } else {
-                        look(place).radiance
-                    }
-                });
-                samples.sum::<Rgb>() / 9.0
-            })
-            .sum();
-        sum / 9.0
+            }
+        }
     }
 
     /// One sample of a pixel, with its hash if that is compared.

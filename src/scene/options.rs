@@ -83,7 +83,7 @@ pub enum Resampling {
     #[serde(rename = "4x4")]
     #[value(name = "4x4")]
     Four,
-    /// At the centres of 3×3 cells, and again 3×3 within cells that differ from a neighbour.
+    /// At four of the centres of 4×4 cells, and at the other twelve where these and the middle differ.
     #[serde(rename = "adaptive")]
     #[value(name = "adaptive")]
     Adaptive,

@@ -92,11 +92,13 @@ impl Fingerprint {
         }
     }
 
-    /// Adds what the lights and the pattern do at the diffuse hit last added: whether each light is visible, and the cell.
-    pub fn shading(&mut self, visible: impl Iterator<Item = bool>, cell: [i64; 2]) {
-        for light in visible {
-            self.shadow = mix(&[self.shadow, self.objects.value(), u64::from(light)]);
-        }
+    /// Adds whether the next light is visible from the diffuse hit last added.
+    pub fn light(&mut self, visible: bool) {
+        self.shadow = mix(&[self.shadow, self.objects.value(), u64::from(visible)]);
+    }
+
+    /// Adds the cell of the pattern at the diffuse hit last added.
+    pub fn cell(&mut self, cell: [i64; 2]) {
         let [column, row] = cell.map(|place| place as u64);
         self.texture = mix(&[self.texture, self.objects.value(), column, row]);
     }

@@ -14,27 +14,20 @@ pub struct Place {
 /// Centres of the cells of a 3×3 grid, row by row; the fifth is the centre of the pixel.
 const THIRDS: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 
-/// Places of the 3×3 grid come first, those of the other grids after them, then those within its cells.
-const CELLS: u64 = 64;
-
 /// The centre of the pixel: the fifth place of the 3×3 grid.
 pub const CENTER: Place = Place {
     offset: DVec2::splat(0.5),
     number: 4,
 };
 
-/// The grid of 3×3, row by row.
-pub fn thirds() -> [Place; 9] {
-    std::array::from_fn(|place| Place {
-        offset: DVec2::new(THIRDS[place % 3], THIRDS[place / 3]),
-        number: place as u64,
-    })
-}
-
 /// The grid of side×side cells' centres, row by row; `side` from 1 to 7.
 pub fn grid(side: usize) -> Vec<Place> {
     if side == 3 {
-        return thirds().to_vec();
+        let place = |place: usize| Place {
+            offset: DVec2::new(THIRDS[place % 3], THIRDS[place / 3]),
+            number: place as u64,
+        };
+        return (0..9).map(place).collect();
     }
     let along = |cell: usize| (cell as f64 + 0.5) / side as f64;
     let place = |cell: usize| Place {
@@ -44,19 +37,8 @@ pub fn grid(side: usize) -> Vec<Place> {
     (0..side * side).map(place).collect()
 }
 
-/// The 3×3 grid within a cell of the 3×3 grid. Its fifth place is the cell's own.
-pub fn within(cell: usize) -> [Place; 9] {
-    let center = thirds()[cell];
-    thirds().map(|place| {
-        if place.number == CENTER.number {
-            return center;
-        }
-        Place {
-            offset: center.offset + (place.offset - CENTER.offset) / 3.0,
-            number: CELLS + 9 * cell as u64 + place.number,
-        }
-    })
-}
+/// Four of the sixteen places of [`grid`]`(4)`, no two in a row or a column: the first look of adaptive resampling.
+pub const ROOKS: [usize; 4] = [1, 7, 8, 14];
 
 #[cfg(test)]
 mod tests {
@@ -72,21 +54,18 @@ mod tests {
             assert!((mean - 0.5).length() < 1e-15, "{side}");
             let numbers: HashSet<u64> = grid.iter().map(|place| place.number).collect();
             assert_eq!(numbers.len(), side * side);
-            assert!(numbers.iter().all(|&number| number < CELLS));
         }
     }
 
     #[test]
-    fn the_cells_grids_together_are_the_grid_of_nine() {
-        let all: Vec<Place> = (0..9).flat_map(within).collect();
-        let numbers: HashSet<u64> = all.iter().map(|place| place.number).collect();
-        assert_eq!(numbers.len(), 81);
-        for x in 0..9 {
-            for y in 0..9 {
-                let expected = (DVec2::new(f64::from(x), f64::from(y)) + 0.5) / 9.0;
-                let near = |place: &&Place| (place.offset - expected).length() < 1e-15;
-                assert_eq!(all.iter().filter(near).count(), 1);
-            }
+    fn the_first_look_has_one_place_in_each_row_and_column_about_the_centre() {
+        let places = ROOKS.map(|place| grid(4)[place].offset);
+        for along in [0, 1] {
+            let mut steps = places.map(|place| place[along]);
+            steps.sort_by(f64::total_cmp);
+            assert_eq!(steps, [0.125, 0.375, 0.625, 0.875]);
         }
+        let mean = places.iter().sum::<DVec2>() / 4.0;
+        assert_eq!(mean, DVec2::splat(0.5));
     }
 }

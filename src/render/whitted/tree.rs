@@ -62,11 +62,13 @@ impl Whitted<'_> {
             let weight = branch.weight * self.scene.transmittance(branch.medium, hit.t);
             let branch = Branch { weight, ..branch };
             let lobes = Lobes::at(self.scene, &hit, branch.ray.direction);
-            if branch.sure && lobes.diffuse != Rgb::ZERO && self.settings.hash.sees_shading() {
-                self.look_at_shading(&hit, &lobes, &mut fingerprint, work);
-            }
-            if let Some(stream) = stream.as_deref_mut() {
-                radiance += weight * self.local(&branch, &hit, &lobes, stream, work);
+            let hashed = branch.sure && self.settings.hash.sees_shading();
+            let print = hashed.then_some(&mut fingerprint);
+            match stream.as_deref_mut() {
+                Some(stream) => {
+                    radiance += weight * self.local(&branch, &hit, &lobes, stream, print, work);
+                }
+                None => self.look_at_shading(&hit, &lobes, print, work),
             }
             if self
                 .settings
@@ -94,33 +96,43 @@ impl Whitted<'_> {
         }
     }
 
-    /// Adds the visible lights and the cell of the pattern; without chance, so an area light counts as visible with its middle.
+    /// Adds the visible lights and the cell of the pattern to a fingerprint, where no light is asked for.
     fn look_at_shading(
         &self,
         hit: &Hit,
         lobes: &Lobes,
-        fingerprint: &mut Fingerprint,
+        fingerprint: Option<&mut Fingerprint>,
         work: &mut Work,
     ) {
-        let normal = hit.normal_on(lobes.side);
-        let from = self.scene.leave(hit, lobes.side, normal, work).origin;
-        let lights = self.scene.lights.all().iter();
-        let visible = lights
-            .map(|light| unoccluded(self.scene, light, from, normal, LIGHT_CENTER, work).is_some());
-        let diffuse = self.scene.material(hit).diffuse.as_ref();
-        fingerprint.shading(
-            visible,
-            diffuse.map_or([0; 2], |pattern| pattern.cell(hit.st)),
-        );
+        if let Some(fingerprint) = fingerprint.filter(|_| lobes.diffuse != Rgb::ZERO) {
+            let normal = hit.normal_on(lobes.side);
+            let from = self.scene.leave(hit, lobes.side, normal, work).origin;
+            for light in self.scene.lights.all() {
+                fingerprint.light(self.sees(light, from, normal, work));
+            }
+            fingerprint.cell(self.cell(hit));
+        }
     }
 
-    /// Emission and directly received light at a hit.
+    /// Whether a light lights a point; of an area light, whether its middle does, which chance has no part in.
+    fn sees(&self, light: &Light, from: DVec3, normal: DVec3, work: &mut Work) -> bool {
+        unoccluded(self.scene, light, from, normal, LIGHT_CENTER, work).is_some()
+    }
+
+    /// The cell of the diffuse pattern at a hit.
+    fn cell(&self, hit: &Hit) -> [i64; 2] {
+        let diffuse = self.scene.material(hit).diffuse.as_ref();
+        diffuse.map_or([0; 2], |pattern| pattern.cell(hit.st))
+    }
+
+    /// Emission and directly received light at a hit; tells the fingerprint, if there is one, what the lights and the pattern do.
     fn local(
         &self,
         branch: &Branch,
         hit: &Hit,
         lobes: &Lobes,
         stream: &mut Stream,
+        mut fingerprint: Option<&mut Fingerprint>,
         work: &mut Work,
     ) -> Rgb {
         let direction = branch.ray.direction;
@@ -138,11 +150,21 @@ impl Whitted<'_> {
             let strata = (LIGHT_GRID * branch.heaviness().sqrt())
                 .ceil()
                 .clamp(1.0, LIGHT_GRID);
-            let lights = self.scene.lights.all();
-            let irradiance: Rgb = lights
-                .iter()
-                .map(|light| self.irradiance(light, strata as u32, from, normal, stream, work))
-                .sum();
+            let mut irradiance = Rgb::ZERO;
+            for light in self.scene.lights.all() {
+                let received = self.irradiance(light, strata as u32, from, normal, stream, work);
+                irradiance += received;
+                if let Some(fingerprint) = fingerprint.as_deref_mut() {
+                    // What comes from a point or a beam tells whether it is seen; an area light is asked again.
+                    fingerprint.light(match light {
+                        Light::Area { .. } => self.sees(light, from, normal, work),
+                        _ => received != Rgb::ZERO,
+                    });
+                }
+            }
+            if let Some(fingerprint) = fingerprint {
+                fingerprint.cell(self.cell(hit));
+            }
             radiance += lobes.diffuse / PI * irradiance;
         }
         radiance

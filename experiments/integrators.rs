@@ -50,7 +50,7 @@ fn budget(effort: Effort) -> (u32, u32) {
 }
 
 fn margin(effort: Effort) -> f64 {
-    KERNEL_BIAS + if effort == Effort::Smoke { 0.05 } else { 0.005 }
+    KERNEL_BIAS + if effort == Effort::Smoke { 0.08 } else { 0.005 }
 }
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {

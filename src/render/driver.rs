@@ -5,7 +5,7 @@ use super::path::PathTracer;
 use super::photon::{Phases, PhotonMapper};
 use super::settings::Settings;
 use super::whitted::Whitted;
-use crate::numeric::clock::ThreadClock;
+use crate::numeric::clock::{ProcessClock, ThreadClock};
 use crate::numeric::work::Work;
 use crate::scene::Scene;
 use crate::scene::options::Integrator;
@@ -55,7 +55,7 @@ pub struct Outcome {
     pub work: Work,
     /// Passes done.
     pub passes: u64,
-    /// Seconds of each named phase.
+    /// CPU seconds of the process in each named phase.
     pub phases: Vec<(&'static str, f64)>,
     /// CPU seconds of the thread that makes the passes: of the whole render where the settings ask for one thread.
     pub thread_seconds: f64,
@@ -153,10 +153,10 @@ fn run(
     })
 }
 
-/// Runs `work` and adds its seconds to `phase`.
+/// Runs `work` and adds its CPU seconds to `phase`.
 pub(crate) fn timed<T>(phase: &mut f64, work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
+    let clock = ProcessClock::start();
     let result = work();
-    *phase += start.elapsed().as_secs_f64();
+    *phase += clock.seconds();
     result
 }

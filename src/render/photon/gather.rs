@@ -1,10 +1,9 @@
 //! Gathering: which photons count at a hit point, and what they are worth there.
 
+use super::arrivals::{Arrival, Arrivals};
 use super::camera::HitPoint;
-use super::trace::Arrival;
 use crate::scene::Rgb;
 use std::f64::consts::PI;
-use std::ops::AddAssign;
 
 /// What a hit point gathered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,13 +12,6 @@ pub struct Gathered {
     pub flux: Rgb,
     /// Number of photons.
     pub photons: u64,
-}
-
-impl AddAssign for Gathered {
-    fn add_assign(&mut self, other: Self) {
-        self.flux += other.flux;
-        self.photons += other.photons;
-    }
 }
 
 /// Whether a photon within the radius counts at a hit point: same object, same side of it, and not too many events in all.
@@ -34,17 +26,17 @@ pub fn accepts(hit_point: &HitPoint, photon: &Arrival, max_depth: Option<u32>) -
         })
 }
 
-/// Sums, in their order, the photons that the hit point accepts of those within its radius.
+/// Adds to what a hit point has gathered, in their order, the photons that it accepts of those within its radius.
 pub fn gather(
     hit_point: &HitPoint,
     within: &[u32],
-    arrivals: &[Arrival],
+    arrivals: &Arrivals,
     max_depth: Option<u32>,
+    mut gathered: Gathered,
 ) -> Gathered {
-    let mut gathered = Gathered::default();
     for &photon in within {
-        let photon = &arrivals[photon as usize];
-        if accepts(hit_point, photon, max_depth) {
+        let photon = arrivals.get(photon as usize);
+        if accepts(hit_point, &photon, max_depth) {
             gathered.flux += photon.flux;
             gathered.photons += 1;
         }

@@ -8,6 +8,7 @@
 //!
 //! A radius depends on earlier passes only, so a pass has exactly the bias of a disc of that radius.
 
+pub mod arrivals;
 pub mod camera;
 pub mod gather;
 pub mod radius;
@@ -18,16 +19,17 @@ use super::film::Film;
 use super::settings::Settings;
 use crate::index::kdtree::{KdTree, Split};
 use crate::index::{BallIndex, Balls, IndexError};
+use crate::numeric::clock::ProcessClock;
 use crate::numeric::work::Work;
 use crate::scene::options::{Integrator, Rule};
 use crate::scene::{Rgb, Scene};
 use camera::{HitPoint, Sampling, View};
 use gather::Gathered;
 use radius::{Schedule, Statistics};
-use std::time::Instant;
 use trace::{Energy, Photons};
 
-/// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons.
+/// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons. Changes no byte: a sum
+/// goes on from batch to batch.
 const BATCH: u64 = 1 << 18;
 /// Most camera samples of a pass; their hit points take about 200 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
@@ -48,7 +50,7 @@ pub struct PhotonMapper<'a> {
     energy: Energy,
 }
 
-/// Seconds spent in each phase of the passes so far.
+/// CPU seconds of the process, all threads, in each phase of the passes so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Phases {
     /// Camera paths and hit points.
@@ -122,26 +124,26 @@ impl<'a> PhotonMapper<'a> {
     pub fn pass(&mut self, pass: u64, film: &mut Film, phases: &mut Phases) -> Work {
         assert_eq!(film.size(), self.scene.film, "the film is the scene's");
         let mut work = Work::default();
-        let clock = Instant::now();
+        let clock = ProcessClock::start();
         let renewed = self.place_hit_points(pass, &mut work);
         self.radii_squared = self.squares_of(pass);
-        phases.camera += clock.elapsed().as_secs_f64();
+        phases.camera += clock.seconds();
 
         let gathered = if self.scene.lights.dark() {
             vec![Gathered::default(); self.radii_squared.len()]
         } else {
-            let clock = Instant::now();
+            let clock = ProcessClock::start();
             let tree = self.index(renewed);
-            phases.build += clock.elapsed().as_secs_f64();
+            phases.build += clock.seconds();
             let gathered = self.gather(&tree, pass, phases, &mut work);
             self.tree = Some(tree);
             gathered
         };
 
-        let clock = Instant::now();
+        let clock = ProcessClock::start();
         self.add_to(film, &gathered);
         self.shrink(&gathered);
-        phases.gather += clock.elapsed().as_secs_f64();
+        phases.gather += clock.seconds();
         work
     }
 
@@ -262,7 +264,7 @@ impl<'a> PhotonMapper<'a> {
         let mut done = 0;
         while done < photons {
             let count = BATCH.min(photons - done);
-            let clock = Instant::now();
+            let clock = ProcessClock::start();
             let start = first.wrapping_add(done);
             let Photons {
                 points,
@@ -270,19 +272,23 @@ impl<'a> PhotonMapper<'a> {
                 energy,
                 work: traced,
             } = trace::trace(self.scene, seed, start, count, max_depth);
-            phases.trace += clock.elapsed().as_secs_f64();
+            phases.trace += clock.seconds();
             self.energy += energy;
             *work += traced;
 
-            let clock = Instant::now();
+            let clock = ProcessClock::start();
             let gather = |item: usize, within: &[u32]| {
-                gather::gather(&hit_points[item], within, &arrivals, max_depth)
+                gather::gather(&hit_points[item], within, &arrivals, max_depth, sums[item])
             };
-            for (sum, more) in sums.iter_mut().zip(tree.join(&points, &gather, work)) {
-                *sum += more;
-                work.photons_gathered += more.photons;
+            let reached = tree.join(&points, &gather, work);
+            for (sum, now) in sums.iter_mut().zip(reached) {
+                // A hit point without photons in the batch keeps what it had.
+                if now.photons > sum.photons {
+                    work.photons_gathered += now.photons - sum.photons;
+                    *sum = now;
+                }
             }
-            phases.gather += clock.elapsed().as_secs_f64();
+            phases.gather += clock.seconds();
             done += count;
         }
         sums

@@ -4,6 +4,7 @@
 //! keeps the mean (Arvo and Kirk 1990). Mirrors and dielectrics pass them on; at a dielectric one of the two ways is chosen with
 //! its Fresnel share. Photons carry flux, so no index of refraction scales them.
 
+use super::arrivals::{Arrival, Arrivals};
 use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
 use crate::numeric::rng::{Purpose, Stream};
@@ -27,19 +28,6 @@ const SUREST: f64 = 0.995;
 /// total reflection would go on for ever.
 const LONG_CHAIN: u32 = 64;
 const CHAIN_SURVIVAL: f64 = 0.9;
-
-/// A photon stored at a diffuse surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arrival {
-    /// Flux (W) it brings, if it stood for all the light alone: divide by the number of photons emitted.
-    pub flux: Rgb,
-    /// Unit normal on the side from which it came.
-    pub normal: DVec3,
-    /// Object it lies on.
-    pub object: u32,
-    /// Scattering events before.
-    pub events: u32,
-}
 
 /// What became of the light, in W times the number of photons: emitted = absorbed + escaped + roulette + cut, to rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,7 +60,7 @@ pub struct Photons {
     /// Where each lies.
     pub points: Vec<DVec3>,
     /// The rest of each.
-    pub arrivals: Vec<Arrival>,
+    pub arrivals: Arrivals,
     /// Where the energy went.
     pub energy: Energy,
     /// Work done.
@@ -80,9 +68,9 @@ pub struct Photons {
 }
 
 impl Photons {
-    fn append(&mut self, mut other: Self) {
-        self.points.append(&mut other.points);
-        self.arrivals.append(&mut other.arrivals);
+    fn append(&mut self, other: &Self) {
+        self.points.extend_from_slice(&other.points);
+        self.arrivals.append(&other.arrivals);
         self.energy += other.energy;
         self.work += other.work;
     }
@@ -97,6 +85,7 @@ pub fn trace(scene: &Scene, seed: u64, first: u64, count: u64, max_depth: Option
         scene,
         seed,
         max_depth,
+        none: Arrivals::of(scene),
         absorbing: scene.materials.iter().any(|material| {
             material
                 .dielectric
@@ -113,10 +102,11 @@ pub fn trace(scene: &Scene, seed: u64, first: u64, count: u64, max_depth: Option
     let stored = chunks.iter().map(|chunk| chunk.points.len()).sum();
     let mut all = Photons {
         points: Vec::with_capacity(stored),
-        arrivals: Vec::with_capacity(stored),
+        arrivals: tracer.none,
         ..Photons::default()
     };
-    chunks.into_iter().for_each(|chunk| all.append(chunk));
+    all.arrivals.reserve(stored);
+    chunks.iter().for_each(|chunk| all.append(chunk));
     all
 }
 
@@ -124,6 +114,8 @@ struct Tracer<'a> {
     scene: &'a Scene,
     seed: u64,
     max_depth: Option<u32>,
+    /// No arrivals, but ready for those of the scene.
+    none: Arrivals,
     /// Whether any medium absorbs: only then it matters in which one a photon starts.
     absorbing: bool,
 }
@@ -153,6 +145,7 @@ impl Tracer<'_> {
     /// Traces a task: waves of photons, a new one in place of each that ends.
     fn trace(&self, first: u64, count: u64) -> Photons {
         let mut log = Log::default();
+        log.photons.arrivals = self.none.emptied();
         let mut starts = 0..count as u32;
         let mut wave: Vec<Flight> = Vec::with_capacity(WAVE);
         let mut rays = Vec::with_capacity(WAVE);
@@ -227,7 +220,7 @@ impl Tracer<'_> {
             out.work.photons_stored += 1;
             log.paths.push(flight.path);
             out.points.push(hit.point);
-            out.arrivals.push(Arrival {
+            out.arrivals.push(&Arrival {
                 flux: flight.flux,
                 normal: hit.normal_on(lobes.side),
                 object: hit.object as u32,
@@ -256,27 +249,27 @@ impl Tracer<'_> {
 
 impl Log {
     /// The photons in the order of their paths, those of a path in the order of its events: a stable counting sort.
-    fn in_order(self, paths: usize) -> Photons {
-        let mut ends = vec![0_usize; paths + 1];
+    fn in_order(mut self, paths: usize) -> Photons {
+        let mut next = vec![0; paths + 1];
         for &path in &self.paths {
-            ends[path as usize + 1] += 1;
+            next[path as usize + 1] += 1;
         }
         for path in 0..paths {
-            ends[path + 1] += ends[path];
+            next[path + 1] += next[path];
         }
-        let traced = self.photons;
-        let mut photons = Photons {
-            points: traced.points.clone(),
-            arrivals: traced.arrivals.clone(),
-            ..traced
-        };
-        let stored = self.paths.iter().zip(&traced.points).zip(&traced.arrivals);
-        for ((&path, &point), &arrival) in stored {
-            let place = &mut ends[path as usize];
-            photons.points[*place] = point;
-            photons.arrivals[*place] = arrival;
+        // Each photon's place takes the place of its path's number.
+        for path in &mut self.paths {
+            let place = &mut next[*path as usize];
+            *path = *place;
             *place += 1;
         }
+        let mut photons = self.photons;
+        let mut points = photons.points.clone();
+        for (point, &place) in photons.points.iter().zip(&self.paths) {
+            points[place as usize] = *point;
+        }
+        photons.points = points;
+        photons.arrivals.permute(&self.paths);
         photons
     }
 }

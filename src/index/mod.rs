@@ -9,6 +9,8 @@
 
 pub mod kdtree;
 pub mod linear;
+pub mod morton;
+pub mod wide;
 
 use crate::numeric::work::Work;
 use glam::DVec3;
@@ -80,6 +82,33 @@ impl Balls {
 /// The predicate of every index. A query with a NaN is covered by nothing.
 fn covers(center: DVec3, radius_squared: f64, query: DVec3) -> bool {
     (query - center).length_squared() <= radius_squared
+}
+
+/// A box that contains every point that [`covers`] accepts.
+///
+/// `covers` rounds the difference, its square and the sums: an accepted component is at most r (1 + 4ε), or 2⁻⁵³⁶ where squares
+/// underflow. The last step rounds outward.
+fn ball_box(center: DVec3, radius_squared: f64) -> (DVec3, DVec3) {
+    /// √(3 · 2⁻¹⁰⁷⁵) is below this: differences so small may square to 0.
+    const UNDERFLOW: f64 = f64::from_bits((1023 - 536) << 52);
+    let reach = radius_squared.sqrt() * (1.0 + 8.0 * f64::EPSILON) + UNDERFLOW;
+    (
+        (center - reach).map(f64::next_down),
+        (center + reach).map(f64::next_up),
+    )
+}
+
+/// Does both, side by side if it is worth a task.
+fn both<A: Send, B: Send>(
+    parallel: bool,
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    if parallel {
+        rayon::join(a, b)
+    } else {
+        (a(), b())
+    }
 }
 
 fn check_radii(centers: usize, radii_squared: &[f64]) -> Result<(), IndexError> {

@@ -272,9 +272,7 @@ impl Kernel for Spread<'_> {
     fn run<L: Lanes>(self, lanes: L) {
         self.lists.iter_mut().for_each(Vec::clear);
         for &packet in self.packets {
-            let mut met = self
-                .boxes
-                .overlaps(&self.bounds[packet as usize], lanes);
+            let mut met = self.boxes.overlaps(&self.bounds[packet as usize], lanes);
             while met != 0 {
                 self.lists[met.trailing_zeros() as usize & (WIDTH - 1)].push(packet);
                 met &= met - 1;

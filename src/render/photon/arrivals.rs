@@ -7,6 +7,7 @@
 use crate::geometry::shape::Shape;
 use crate::scene::{Rgb, Scene};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A photon stored at a diffuse surface.
@@ -38,6 +39,10 @@ struct Packed {
     /// place in the list of full ones.
     mark: u32,
 }
+
+/// One side of a flat object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Surface(u32);
 
 const FULL: u32 = 1 << 31;
 const EVENT_BITS: u32 = 8;
@@ -192,13 +197,37 @@ impl Arrivals {
         self.full.extend_from_slice(&other.full);
     }
 
-    /// Puts photon i at place `places[i]`.
-    pub(super) fn permute(&mut self, places: &[u32]) {
-        let mut ordered = self.packed.clone();
-        for (packed, &place) in self.packed.iter().zip(places) {
-            ordered[place as usize] = *packed;
-        }
-        self.packed = ordered;
+    /// Puts at each place the photon that `order` names for it.
+    pub(super) fn reorder(&mut self, order: &[u32]) {
+        self.packed = order
+            .par_iter()
+            .with_min_len(1 << 12)
+            .map(|&from| self.packed[from as usize])
+            .collect();
+    }
+
+    /// The mark, without its events, of photons on the side of a flat object to which this unit vector points; none if the object is
+    /// not flat.
+    pub(super) fn surface(&self, object: u32, towards: DVec3) -> Surface {
+        let facing = self.flat.get(object as usize).copied().flatten();
+        let along = facing.map_or(0.0, |normal| normal.dot(towards));
+        let side = object << 1 | u32::from(along < 0.0);
+        Surface(if along == 0.0 { FULL } else { side })
+    }
+
+    /// Whether a photon lies on a flat surface, and on this one; `None` if only its normal can tell.
+    #[inline(always)]
+    pub(super) fn lies_on(&self, photon: u32, surface: Surface) -> Option<bool> {
+        let mark = self.packed[photon as usize].mark;
+        (mark & FULL == 0).then_some(mark >> EVENT_BITS == surface.0)
+    }
+
+    /// Flux (W) and events of a photon that lies on a flat surface.
+    #[inline(always)]
+    pub(super) fn on_flat(&self, photon: u32) -> (Rgb, u32) {
+        let Packed { flux, mark } = self.packed[photon as usize];
+        let flux = DVec3::from_array(flux.map(f64::from)) * self.unit;
+        (flux, mark & ((1 << EVENT_BITS) - 1))
     }
 }
 
@@ -260,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn joined_and_permuted_lists_keep_every_photon_whole() {
+    fn joined_and_reordered_lists_keep_every_photon_whole() {
         let (mut joined, mut part) = (two_floors(), two_floors());
         for (number, photon) in photons().iter().enumerate() {
             part.push(photon);
@@ -271,7 +300,7 @@ mod tests {
         }
         joined.append(&part);
         assert_eq!(joined.iter().collect::<Vec<_>>(), photons());
-        joined.permute(&[6, 5, 4, 3, 2, 1, 0]);
+        joined.reorder(&[6, 5, 4, 3, 2, 1, 0]);
         let backwards: Vec<Arrival> = photons().into_iter().rev().collect();
         assert_eq!(joined.iter().collect::<Vec<_>>(), backwards);
     }

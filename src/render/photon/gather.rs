@@ -34,12 +34,29 @@ pub fn gather(
     max_depth: Option<u32>,
     mut gathered: Gathered,
 ) -> Gathered {
+    // On flat surfaces, the most common, one comparison stands for those of objects and normals.
+    let surface = arrivals.surface(hit_point.object, hit_point.normal);
+    let most = max_depth.map_or(u32::MAX, |most| most.saturating_sub(hit_point.events));
     for &photon in within {
-        let photon = arrivals.get(photon as usize);
-        if accepts(hit_point, &photon, max_depth) {
-            gathered.flux += photon.flux;
-            gathered.photons += 1;
-        }
+        let flux = match arrivals.lies_on(photon, surface) {
+            Some(false) => continue,
+            Some(true) => {
+                let (flux, events) = arrivals.on_flat(photon);
+                if events >= most {
+                    continue;
+                }
+                flux
+            }
+            None => {
+                let photon = arrivals.get(photon as usize);
+                if !accepts(hit_point, &photon, max_depth) {
+                    continue;
+                }
+                photon.flux
+            }
+        };
+        gathered.flux += flux;
+        gathered.photons += 1;
     }
     gathered
 }

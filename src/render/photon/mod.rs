@@ -17,7 +17,7 @@ pub mod trace;
 use super::driver::RenderError;
 use super::film::Film;
 use super::settings::Settings;
-use crate::index::kdtree::{KdTree, Split};
+use crate::index::wide::WideTree;
 use crate::index::{BallIndex, Balls, IndexError};
 use crate::numeric::clock::ProcessClock;
 use crate::numeric::work::Work;
@@ -28,8 +28,7 @@ use gather::Gathered;
 use radius::{Schedule, Statistics};
 use trace::{Energy, Photons};
 
-/// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons. Changes no byte: a sum
-/// goes on from batch to batch.
+/// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons.
 const BATCH: u64 = 1 << 18;
 /// Most camera samples of a pass; their hit points take about 200 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
@@ -46,7 +45,7 @@ pub struct PhotonMapper<'a> {
     /// Radius statistics under the local rule: of each hit point if these stay, else of each pixel.
     statistics: Vec<Statistics>,
     schedule: Schedule,
-    tree: Option<KdTree>,
+    tree: Option<WideTree>,
     energy: Energy,
 }
 
@@ -231,15 +230,14 @@ impl<'a> PhotonMapper<'a> {
     }
 
     /// The tree over the hit points: the old one with new radii where they stay.
-    fn index(&mut self, renewed: bool) -> KdTree {
+    fn index(&mut self, renewed: bool) -> WideTree {
         let radii_squared = &self.radii_squared;
         let old = self.tree.take().filter(|_| !renewed);
         let tree = match old {
             Some(mut tree) => tree.set_radii_squared(radii_squared).map(|()| tree),
             None => {
                 let centers = self.view.hit_points.iter().map(|hit| hit.point).collect();
-                Balls::new(centers, radii_squared.clone())
-                    .map(|balls| KdTree::new(&balls, Split::Widest))
+                Balls::new(centers, radii_squared.clone()).map(|balls| WideTree::new(&balls))
             }
         };
         tree.unwrap_or_else(|fault: IndexError| panic!("hit points are finite: {fault}"))
@@ -247,7 +245,7 @@ impl<'a> PhotonMapper<'a> {
 
     fn gather(
         &mut self,
-        tree: &KdTree,
+        tree: &WideTree,
         pass: u64,
         phases: &mut Phases,
         work: &mut Work,
@@ -266,17 +264,17 @@ impl<'a> PhotonMapper<'a> {
             let count = BATCH.min(photons - done);
             let clock = ProcessClock::start();
             let start = first.wrapping_add(done);
-            let Photons {
-                points,
-                arrivals,
-                energy,
-                work: traced,
-            } = trace::trace(self.scene, seed, start, count, max_depth);
+            let mut photons = trace::trace(self.scene, seed, start, count, max_depth);
             phases.trace += clock.seconds();
-            self.energy += energy;
-            *work += traced;
+            self.energy += photons.energy;
+            *work += photons.work;
 
             let clock = ProcessClock::start();
+            // Neighbours side by side: what a hit point gathers then lies together.
+            photons.sort_along_curve();
+            let Photons {
+                points, arrivals, ..
+            } = photons;
             let gather = |item: usize, within: &[u32]| {
                 gather::gather(&hit_points[item], within, &arrivals, max_depth, sums[item])
             };

@@ -7,6 +7,7 @@
 use super::arrivals::{Arrival, Arrivals};
 use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
+use crate::index::morton;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
 use crate::render::scatter::{Interface, Lobes, reflect};
@@ -68,6 +69,16 @@ pub struct Photons {
 }
 
 impl Photons {
+    /// Puts the photons in the order of a Morton curve, those of one cell in the order of their paths.
+    pub fn sort_along_curve(&mut self) {
+        let order = morton::order(&self.points);
+        self.points = order
+            .par_iter()
+            .map(|&from| self.points[from as usize])
+            .collect();
+        self.arrivals.reorder(&order);
+    }
+
     fn append(&mut self, other: &Self) {
         self.points.extend_from_slice(&other.points);
         self.arrivals.append(&other.arrivals);
@@ -249,27 +260,26 @@ impl Tracer<'_> {
 
 impl Log {
     /// The photons in the order of their paths, those of a path in the order of its events: a stable counting sort.
-    fn in_order(mut self, paths: usize) -> Photons {
-        let mut next = vec![0; paths + 1];
+    fn in_order(self, paths: usize) -> Photons {
+        let mut next = vec![0_usize; paths + 1];
         for &path in &self.paths {
             next[path as usize + 1] += 1;
         }
         for path in 0..paths {
             next[path + 1] += next[path];
         }
-        // Each photon's place takes the place of its path's number.
-        for path in &mut self.paths {
-            let place = &mut next[*path as usize];
-            *path = *place;
+        let mut order = vec![0; self.paths.len()];
+        for (photon, &path) in (0..).zip(&self.paths) {
+            let place = &mut next[path as usize];
+            order[*place] = photon;
             *place += 1;
         }
         let mut photons = self.photons;
-        let mut points = photons.points.clone();
-        for (point, &place) in photons.points.iter().zip(&self.paths) {
-            points[place as usize] = *point;
-        }
-        photons.points = points;
-        photons.arrivals.permute(&self.paths);
+        photons.points = order
+            .iter()
+            .map(|&from| photons.points[from as usize])
+            .collect();
+        photons.arrivals.reorder(&order);
         photons
     }
 }

@@ -130,8 +130,9 @@ struct Viewer<'a> {
 /// What a task has found, in the order of the waves.
 #[derive(Default)]
 struct Log {
-    /// Hit points, each with the number in the task of its sample.
-    hit_points: Vec<(u32, HitPoint)>,
+    hit_points: Vec<HitPoint>,
+    /// Number in the task of the sample of each.
+    samples: Vec<u32>,
     /// Emission that samples saw.
     emission: Vec<(u32, Rgb)>,
     work: Work,
@@ -161,35 +162,33 @@ struct Branch {
 impl Viewer<'_> {
     /// Views `pixels` pixels: waves of samples, a new one in place of each that ends.
     fn view(mut self, pixels: usize) -> View {
-        let samples = pixels as u32 * self.sampling.spp;
-        let mut starts = 0..samples;
-        let mut wave: Vec<Walk> = Vec::with_capacity(WAVE);
+        let mut samples = 0..pixels as u32 * self.sampling.spp;
+        let first = samples.by_ref().take(WAVE);
+        let mut wave: Vec<Walk> = first.map(|sample| self.start(sample)).collect();
         let mut rays = Vec::with_capacity(WAVE);
-        loop {
-            while wave.len() < WAVE
-                && let Some(sample) = starts.next()
-            {
-                wave.push(self.start(sample));
-            }
-            if wave.is_empty() {
-                return self.in_order(pixels);
-            }
+        while !wave.is_empty() {
             rays.clear();
             rays.extend(wave.iter().map(|walk| walk.branch.ray));
-            let nearest = self.scene.nearest_many(&rays, &mut self.log.work);
-            let mut nearest = nearest.into_iter();
-            wave.retain_mut(|walk| {
-                if let Some((object, at)) = nearest.next().flatten() {
+            let mut nearest = self.scene.nearest_many(&rays, &mut self.log.work);
+            let mut place = 0;
+            while let Some(walk) = wave.get_mut(place) {
+                if let Some((object, at)) = nearest[place] {
                     let hit = self.scene.hit(&walk.branch.ray, object, at);
                     self.follow(walk, &hit);
                 }
-                match walk.open.pop() {
-                    Some(branch) => walk.branch = branch,
-                    None => return false,
+                if let Some(branch) = walk.open.pop() {
+                    walk.branch = branch;
+                    place += 1;
+                } else if let Some(sample) = samples.next() {
+                    *walk = self.start(sample);
+                    place += 1;
+                } else {
+                    wave.swap_remove(place);
+                    nearest.swap_remove(place);
                 }
-                true
-            });
+            }
         }
+        self.in_order(pixels)
     }
 
     fn start(&mut self, sample: u32) -> Walk {
@@ -228,19 +227,24 @@ impl Viewer<'_> {
     /// What was found, sample by sample, each in the order of its path.
     fn in_order(self, pixels: usize) -> View {
         let Log {
-            mut hit_points,
+            hit_points,
+            samples,
             emission: mut seen,
             work,
         } = self.log;
+        let mut order: Vec<u32> = (0..hit_points.len() as u32).collect();
         // Stable: those of one sample keep their order.
-        hit_points.sort_by_key(|&(sample, _)| sample);
+        order.sort_by_key(|&place| samples[place as usize]);
         seen.sort_by_key(|&(sample, _)| sample);
         let mut emission = vec![Rgb::ZERO; pixels];
         for (sample, radiance) in seen {
             emission[(sample / self.sampling.spp) as usize] += radiance;
         }
         View {
-            hit_points: hit_points.into_iter().map(|(_, hit)| hit).collect(),
+            hit_points: order
+                .into_iter()
+                .map(|place| hit_points[place as usize])
+                .collect(),
             emission,
             work,
         }
@@ -305,7 +309,8 @@ impl Viewer<'_> {
             object: hit.object as u32,
             events: here.events,
         };
-        self.log.hit_points.push((sample, hit_point));
+        self.log.hit_points.push(hit_point);
+        self.log.samples.push(sample);
     }
 
     fn leave(&mut self, hit: &Hit, side: Side, direction: DVec3) -> Ray {

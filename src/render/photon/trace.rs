@@ -157,28 +157,31 @@ impl Tracer<'_> {
     fn trace(&self, first: u64, count: u64) -> Photons {
         let mut log = Log::default();
         log.photons.arrivals = self.none.emptied();
-        let mut starts = 0..count as u32;
-        let mut wave: Vec<Flight> = Vec::with_capacity(WAVE);
+        let mut paths = 0..count as u32;
+        let mut start =
+            |log: &mut Log| paths.find_map(|path| self.start(first, path, &mut log.photons));
+        let mut wave: Vec<Flight> = std::iter::from_fn(|| start(&mut log)).take(WAVE).collect();
         let mut rays = Vec::with_capacity(WAVE);
-        loop {
-            while wave.len() < WAVE
-                && let Some(path) = starts.next()
-            {
-                wave.extend(self.start(first, path, &mut log.photons));
-            }
-            if wave.is_empty() {
-                return log.in_order(count as usize);
-            }
+        while !wave.is_empty() {
             rays.clear();
             rays.extend(wave.iter().map(|flight| flight.ray));
-            let nearest = self.scene.nearest_many(&rays, &mut log.photons.work);
-            let mut nearest = nearest.into_iter();
-            wave.retain_mut(|flight| {
-                let met = nearest.next().flatten();
-                let hit = met.map(|(object, at)| self.scene.hit(&flight.ray, object, at));
-                self.advance(flight, hit, &mut log)
-            });
+            let mut nearest = self.scene.nearest_many(&rays, &mut log.photons.work);
+            let mut place = 0;
+            while let Some(flight) = wave.get_mut(place) {
+                let hit =
+                    nearest[place].map(|(object, at)| self.scene.hit(&flight.ray, object, at));
+                if self.advance(flight, hit, &mut log) {
+                    place += 1;
+                } else if let Some(next) = start(&mut log) {
+                    *flight = next;
+                    place += 1;
+                } else {
+                    wave.swap_remove(place);
+                    nearest.swap_remove(place);
+                }
+            }
         }
+        log.in_order(count as usize)
     }
 
     fn start(&self, first: u64, path: u32, out: &mut Photons) -> Option<Flight> {

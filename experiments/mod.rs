@@ -8,6 +8,7 @@ pub mod cup;
 pub mod dose;
 pub mod eps;
 pub mod formula_audit;
+pub mod fresnel;
 pub mod grazing;
 pub mod integrators;
 pub mod newton_seeds;
@@ -28,6 +29,7 @@ pub const ALL: &[Experiment] = &[
     watertight::EXPERIMENT,
     dose::EXPERIMENT,
     photons::EXPERIMENT,
+    fresnel::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,
     integrators::EXPERIMENT,

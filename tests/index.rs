@@ -4,7 +4,7 @@ use glam::DVec3;
 use photolathe::index::kdtree::{KdTree, LEAF, Split};
 use photolathe::index::linear::Linear;
 use photolathe::index::wide::WideTree;
-use photolathe::index::{BallIndex, Balls, IndexError, morton};
+use photolathe::index::{BallIndex, Balls, IndexError, curve};
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::simd::Vectors;
 use photolathe::numeric::work::Work;
@@ -46,7 +46,7 @@ fn wide(balls: &Balls) -> Vec<WideTree> {
 
 /// Single queries and joins of every index equal the linear scan, with the queries as they come and along a curve.
 fn agrees_with_the_scan(balls: &Balls, queries: &[DVec3]) {
-    let order = morton::order(queries);
+    let order = curve::order(queries);
     let along: Vec<DVec3> = order.iter().map(|&i| queries[i as usize]).collect();
     for queries in [queries, &along] {
         for tree in trees(balls) {

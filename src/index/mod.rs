@@ -7,9 +7,9 @@
 //! [`BallIndex::join`] asks for many queries at once and hands each ball its queries in rising order, so that a sum over them
 //! does not depend on the index or the number of threads.
 
+pub mod curve;
 pub mod kdtree;
 pub mod linear;
-pub mod morton;
 pub mod wide;
 
 use crate::numeric::work::Work;

@@ -25,8 +25,13 @@ pub trait Lanes: Copy {
 
     /// Bit i says whether `low[k][i] <= most[k]` and `high[k][i] >= least[k]` on all three axes k: whether box i of sixteen and the
     /// box from `least` to `most` have a point in common. A box of NaN has none.
-    fn overlaps(self, low: &[[f32; 16]; 3], high: &[[f32; 16]; 3], least: [f32; 3], most: [f32; 3])
-    -> u32;
+    fn overlaps(
+        self,
+        low: &[[f32; 16]; 3],
+        high: &[[f32; 16]; 3],
+        least: [f32; 3],
+        most: [f32; 3],
+    ) -> u32;
 
     /// Writes `first + i` for every bit i of the sixteen that is set, in order, to the front of `out`; the rest of `out` is left in
     /// any state.
@@ -168,9 +173,9 @@ fn has_avx512() -> bool {
 mod x86 {
     use super::{Kernel, Lanes};
     use std::arch::x86_64::{
-        _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_and_ps, _mm256_cmp_pd, _mm256_cmp_ps,
-        _mm256_loadu_pd, _mm256_loadu_ps, _mm256_movemask_pd, _mm256_movemask_ps, _mm256_set1_pd,
-        _mm256_set1_ps, _mm512_add_epi32, _mm512_cmp_pd_mask, _mm512_loadu_pd,
+        _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_and_ps, _mm256_cmp_pd,
+        _mm256_cmp_ps, _mm256_loadu_pd, _mm256_loadu_ps, _mm256_movemask_pd, _mm256_movemask_ps,
+        _mm256_set1_pd, _mm256_set1_ps, _mm512_add_epi32, _mm512_cmp_pd_mask, _mm512_loadu_pd,
         _mm512_loadu_ps, _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32, _mm512_set1_epi32,
         _mm512_set1_pd, _mm512_set1_ps, _mm512_setr_epi32, _mm512_storeu_si512,
     };

@@ -7,6 +7,9 @@ use rayon::prelude::*;
 /// Boxes of a node, queries of a packet.
 pub(super) const WIDTH: usize = 16;
 
+/// Packets that are looked at to tell whether queries come along a curve.
+const SAMPLES: usize = 256;
+
 /// A box that contains what it was made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
@@ -142,4 +145,33 @@ impl Packets {
             .unzip();
         Self { packets, bounds }
     }
+
+    /// Whether packets are mostly small: the median size of some is at most a quarter of the median distance between them. For
+    /// queries in random order both are about the same.
+    pub(super) fn are_compact(&self) -> bool {
+        let some: Vec<&Bounds> = (0..SAMPLES)
+            .filter_map(|i| self.bounds.get(i * self.bounds.len() / SAMPLES))
+            .collect();
+        let next = some.iter().cycle().skip(some.len() / 2);
+        let apart = some
+            .iter()
+            .zip(next)
+            .map(|(a, b)| distance(a.least, b.least));
+        let size = some
+            .iter()
+            .map(|bounds| distance(bounds.least, bounds.most));
+        4.0 * median(size.collect()) <= median(apart.collect())
+    }
+}
+
+/// Largest difference of coordinates.
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let axes = a.into_iter().zip(b).map(|(a, b)| (a - b).abs());
+    axes.fold(0.0, f32::max)
+}
+
+/// The upper median; 0 of none.
+fn median(mut values: Vec<f32>) -> f32 {
+    values.sort_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -61,5 +61,8 @@ fn widest(marks: &[Mark]) -> usize {
         }
     }
     let size: [f32; 3] = std::array::from_fn(|axis| most[axis] - least[axis]);
-    (0..3).fold(0, |best, axis| if size[axis] > size[best] { axis } else { best })
+    (0..3).fold(
+        0,
+        |best, axis| if size[axis] > size[best] { axis } else { best },
+    )
 }

@@ -1,9 +1,11 @@
 //! Claims about the point indices. Every property is a function over an implementation: the tree passes, wrong ones fail.
 
 use glam::DVec3;
+use photolathe::index::grid::Grid;
 use photolathe::index::kdtree::{KdTree, LEAF, Split};
 use photolathe::index::linear::Linear;
 use photolathe::index::wide::WideTree;
+use photolathe::index::wide::swapped::Swapped;
 use photolathe::index::{BallIndex, Balls, IndexError, curve};
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::simd::Vectors;
@@ -38,12 +40,6 @@ fn trees(balls: &Balls) -> [KdTree; 2] {
     })
 }
 
-fn wide(balls: &Balls) -> Vec<WideTree> {
-    Vectors::all()
-        .map(|vectors| WideTree::with(balls, vectors))
-        .collect()
-}
-
 /// Single queries and joins of every index equal the linear scan, with the queries as they come and along a curve.
 fn agrees_with_the_scan(balls: &Balls, queries: &[DVec3]) {
     let order = curve::order(queries);
@@ -52,9 +48,11 @@ fn agrees_with_the_scan(balls: &Balls, queries: &[DVec3]) {
         for tree in trees(balls) {
             agree(&tree, balls, queries);
         }
-        for tree in wide(balls) {
-            agree(&tree, balls, queries);
+        for vectors in Vectors::all() {
+            agree(&WideTree::with(balls, vectors), balls, queries);
+            agree(&Swapped::with(balls.clone(), vectors), balls, queries);
         }
+        agree(&Grid::new(balls.clone()), balls, queries);
     }
 }
 

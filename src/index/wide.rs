@@ -8,8 +8,9 @@
 
 mod boxes;
 mod build;
+pub mod swapped;
 
-use super::{BallIndex, Balls, IndexError, ball_box, check_radii, covers, curve};
+use super::{BallIndex, Balls, IndexError, ball_box, check_radii, covers, sum};
 use crate::numeric::simd::{Kernel, Lanes, Vectors};
 use crate::numeric::work::Work;
 use boxes::{Bounds, Boxes, Packet, Packets, WIDTH};
@@ -93,31 +94,8 @@ impl WideTree {
             let (least, most) = ball_box(self.centers[place], self.radii_squared[place]);
             Bounds::around(least, most)
         };
-        let mut levels = Vec::new();
-        if !self.order.is_empty() {
-            levels.push(by_sixteens(self.order.len(), ball));
-        }
-        while let Some(below) = levels.last().filter(|level: &&Vec<Boxes>| level.len() > 1) {
-            let above = by_sixteens(below.len(), |node| below[node].union());
-            levels.push(above);
-        }
-        self.levels = levels;
+        self.levels = boxes::levels(self.order.len(), ball);
     }
-}
-
-/// Nodes over `count` boxes.
-fn by_sixteens(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> Vec<Boxes> {
-    (0..count.div_ceil(WIDTH))
-        .into_par_iter()
-        .with_min_len(256)
-        .map(|node| {
-            let mut boxes = Boxes::EMPTY;
-            for (slot, child) in (node * WIDTH..count.min((node + 1) * WIDTH)).enumerate() {
-                boxes.set(slot, &bounds(child));
-            }
-            boxes
-        })
-        .collect()
 }
 
 impl BallIndex for WideTree {
@@ -150,17 +128,13 @@ impl BallIndex for WideTree {
         T: Copy + Default + Send,
         G: Fn(usize, &[u32]) -> T + Sync,
     {
-        let mut join = Join {
+        let (packets, order) = Packets::compact(queries);
+        let join = Join {
             tree: self,
-            queries: Packets::new(queries.len(), |place| queries[place]),
-            order: None,
+            queries: packets,
+            order,
             gather,
         };
-        if !join.queries.are_compact() {
-            let order = curve::order(queries);
-            join.queries = Packets::new(queries.len(), |place| queries[order[place] as usize]);
-            join.order = Some(order);
-        }
         let mut in_tree_order = vec![T::default(); self.order.len()];
         if let Some(top) = self.levels.len().checked_sub(1) {
             let packets: Vec<u32> = (0..join.queries.packets.len() as u32).collect();
@@ -230,11 +204,6 @@ where
         }
         work
     }
-}
-
-fn sum(mut a: Work, b: Work) -> Work {
-    a += b;
-    a
 }
 
 /// Which boxes of a node meet a box.
@@ -316,11 +285,8 @@ where
             let ball = (tree.centers[place], tree.radii_squared[place]);
             let count = covered(&queries.packets, list, ball, hits, lanes);
             let hits = &mut hits[..count];
-            if let Some(order) = order {
-                hits.iter_mut().for_each(|hit| *hit = order[*hit as usize]);
-                hits.sort_unstable();
-            }
             if count > 0 {
+                restore(order.as_deref(), hits);
                 *answer = gather(tree.order[place] as usize, hits);
             }
         }
@@ -350,4 +316,13 @@ fn covered<L: Lanes>(
         count += bits.count_ones() as usize;
     }
     count
+}
+
+/// Turns places into queries in rising order, if the queries were put in another order.
+#[inline(always)]
+fn restore(order: Option<&[u32]>, hits: &mut [u32]) {
+    if let Some(order) = order {
+        hits.iter_mut().for_each(|hit| *hit = order[*hit as usize]);
+        hits.sort_unstable();
+    }
 }

@@ -1,5 +1,6 @@
 //! Boxes by sixteens, in f32 rounded outward, and packets of sixteen queries.
 
+use crate::index::curve;
 use crate::numeric::simd::Lanes;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -131,8 +132,20 @@ pub(super) struct Packets {
 }
 
 impl Packets {
+    /// Of all queries, and the query of each place if they did not come along a curve and were put so.
+    pub(super) fn compact(queries: &[DVec3]) -> (Self, Option<Vec<u32>>) {
+        let packets = Self::new(queries.len(), |place| queries[place]);
+        if packets.are_compact() {
+            return (packets, None);
+        }
+        drop(packets);
+        let order = curve::order(queries);
+        let packets = Self::new(queries.len(), |place| queries[order[place] as usize]);
+        (packets, Some(order))
+    }
+
     /// Of queries in the order in which the function names them.
-    pub(super) fn new(count: usize, query: impl Fn(usize) -> DVec3 + Sync) -> Self {
+    fn new(count: usize, query: impl Fn(usize) -> DVec3 + Sync) -> Self {
         let (packets, bounds) = (0..count.div_ceil(WIDTH))
             .into_par_iter()
             .with_min_len(256)
@@ -148,7 +161,7 @@ impl Packets {
 
     /// Whether packets are mostly small: the median size of some is at most a quarter of the median distance between them. For
     /// queries in random order both are about the same.
-    pub(super) fn are_compact(&self) -> bool {
+    fn are_compact(&self) -> bool {
         let some: Vec<&Bounds> = (0..SAMPLES)
             .filter_map(|i| self.bounds.get(i * self.bounds.len() / SAMPLES))
             .collect();
@@ -174,4 +187,32 @@ fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
 fn median(mut values: Vec<f32>) -> f32 {
     values.sort_by(f32::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Boxes of `count` items by sixteens, of these by sixteens, and so on to the root. Empty without items.
+pub(super) fn levels(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> Vec<Vec<Boxes>> {
+    let mut levels = Vec::new();
+    if count > 0 {
+        levels.push(by_sixteens(count, bounds));
+    }
+    while let Some(below) = levels.last().filter(|level: &&Vec<Boxes>| level.len() > 1) {
+        let above = by_sixteens(below.len(), |node| below[node].union());
+        levels.push(above);
+    }
+    levels
+}
+
+/// Nodes over `count` boxes.
+fn by_sixteens(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> Vec<Boxes> {
+    (0..count.div_ceil(WIDTH))
+        .into_par_iter()
+        .with_min_len(256)
+        .map(|node| {
+            let mut boxes = Boxes::EMPTY;
+            for (slot, child) in (node * WIDTH..count.min((node + 1) * WIDTH)).enumerate() {
+                boxes.set(slot, &bounds(child));
+            }
+            boxes
+        })
+        .collect()
 }

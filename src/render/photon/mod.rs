@@ -16,7 +16,7 @@ pub mod trace;
 use super::driver::RenderError;
 use super::film::Film;
 use super::settings::Settings;
-use crate::index::kdtree::{KdTree, Split};
+use crate::index::choice::Index;
 use crate::index::{BallIndex, Balls, IndexError};
 use crate::numeric::work::Work;
 use crate::scene::options::{Integrator, Rule};
@@ -44,7 +44,7 @@ pub struct PhotonMapper<'a> {
     /// Radius statistics under the local rule: of each hit point if these stay, else of each pixel.
     statistics: Vec<Statistics>,
     schedule: Schedule,
-    tree: Option<KdTree>,
+    index: Option<Index>,
     energy: Energy,
 }
 
@@ -107,7 +107,7 @@ impl<'a> PhotonMapper<'a> {
                 radii_squared: Vec::new(),
                 statistics: Vec::new(),
                 schedule: Schedule::new(settings.rule, settings.alpha),
-                tree: None,
+                index: None,
                 energy: Energy::default(),
             }),
         }
@@ -131,10 +131,10 @@ impl<'a> PhotonMapper<'a> {
             vec![Gathered::default(); self.radii_squared.len()]
         } else {
             let clock = Instant::now();
-            let tree = self.index(renewed);
+            let index = self.index(renewed);
             phases.build += clock.elapsed().as_secs_f64();
-            let gathered = self.gather(&tree, pass, phases, &mut work);
-            self.tree = Some(tree);
+            let gathered = self.gather(&index, pass, phases, &mut work);
+            self.index = Some(index);
             gathered
         };
 
@@ -228,24 +228,24 @@ impl<'a> PhotonMapper<'a> {
             .collect()
     }
 
-    /// The tree over the hit points: the old one with new radii where they stay.
-    fn index(&mut self, renewed: bool) -> KdTree {
+    /// The index over the hit points: the old one with new radii where they stay.
+    fn index(&mut self, renewed: bool) -> Index {
         let radii_squared = &self.radii_squared;
-        let old = self.tree.take().filter(|_| !renewed);
-        let tree = match old {
-            Some(mut tree) => tree.set_radii_squared(radii_squared).map(|()| tree),
+        let old = self.index.take().filter(|_| !renewed);
+        let index = match old {
+            Some(mut index) => index.set_radii_squared(radii_squared).map(|()| index),
             None => {
                 let centers = self.view.hit_points.iter().map(|hit| hit.point).collect();
                 Balls::new(centers, radii_squared.clone())
-                    .map(|balls| KdTree::new(&balls, Split::Widest))
+                    .map(|balls| Index::new(self.settings.index, balls))
             }
         };
-        tree.unwrap_or_else(|fault: IndexError| panic!("hit points are finite: {fault}"))
+        index.unwrap_or_else(|fault: IndexError| panic!("hit points are finite: {fault}"))
     }
 
     fn gather(
         &mut self,
-        tree: &KdTree,
+        index: &Index,
         pass: u64,
         phases: &mut Phases,
         work: &mut Work,
@@ -278,7 +278,7 @@ impl<'a> PhotonMapper<'a> {
             let gather = |item: usize, within: &[u32]| {
                 gather::gather(&hit_points[item], within, &arrivals, max_depth)
             };
-            for (sum, more) in sums.iter_mut().zip(tree.join(&points, &gather, work)) {
+            for (sum, more) in sums.iter_mut().zip(index.join(&points, &gather, work)) {
                 *sum += more;
                 work.photons_gathered += more.photons;
             }

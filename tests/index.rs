@@ -1,10 +1,12 @@
 //! Claims about the point indices. Every property is a function over an implementation: the tree passes, wrong ones fail.
 
 use glam::DVec3;
+use photolathe::index::grid::Grid;
 use photolathe::index::kdtree::{KdTree, LEAF, Split};
 use photolathe::index::linear::Linear;
 use photolathe::index::wide::WideTree;
-use photolathe::index::{BallIndex, Balls, IndexError, morton};
+use photolathe::index::wide::swapped::Swapped;
+use photolathe::index::{BallIndex, Balls, IndexError, curve};
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::simd::Vectors;
 use photolathe::numeric::work::Work;
@@ -38,23 +40,19 @@ fn trees(balls: &Balls) -> [KdTree; 2] {
     })
 }
 
-fn wide(balls: &Balls) -> Vec<WideTree> {
-    Vectors::all()
-        .map(|vectors| WideTree::with(balls, vectors))
-        .collect()
-}
-
 /// Single queries and joins of every index equal the linear scan, with the queries as they come and along a curve.
 fn agrees_with_the_scan(balls: &Balls, queries: &[DVec3]) {
-    let order = morton::order(queries);
+    let order = curve::order(queries);
     let along: Vec<DVec3> = order.iter().map(|&i| queries[i as usize]).collect();
     for queries in [queries, &along] {
         for tree in trees(balls) {
             agree(&tree, balls, queries);
         }
-        for tree in wide(balls) {
-            agree(&tree, balls, queries);
+        for vectors in Vectors::all() {
+            agree(&WideTree::with(balls, vectors), balls, queries);
+            agree(&Swapped::with(balls.clone(), vectors), balls, queries);
         }
+        agree(&Grid::new(balls.clone()), balls, queries);
     }
 }
 

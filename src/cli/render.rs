@@ -8,7 +8,7 @@ use crate::image::picture::Picture;
 use crate::image::{exr, png};
 use crate::render::driver::{self, Control, Outcome, Progress};
 use crate::render::settings::Settings;
-use crate::scene::options::{Antialias, Integrator, RenderTable, Rule, SolverName};
+use crate::scene::options::{Antialias, IndexName, Integrator, RenderTable, Rule, SolverName};
 use crate::scene::{self, Scene};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -61,6 +61,9 @@ pub struct RenderArgs {
     /// How the radius shrinks.
     #[arg(long, value_enum)]
     pub rule: Option<Rule>,
+    /// How photons are found at hit points; never changes a byte.
+    #[arg(long, value_enum)]
+    pub index: Option<IndexName>,
     /// Antialiasing of whitted.
     #[arg(long, value_enum)]
     pub aa: Option<Antialias>,
@@ -118,6 +121,7 @@ impl RenderArgs {
             alpha: self.alpha,
             radius: self.radius,
             rule: self.rule,
+            index: self.index,
             aa: self.aa,
             solver: self.solver,
             threads: self.threads.map(usize::from),
@@ -222,6 +226,7 @@ fn ignored(args: &RenderArgs, integrator: Integrator) -> Vec<String> {
         ("--alpha", args.alpha.is_some(), photon),
         ("--radius", args.radius.is_some(), photon),
         ("--rule", args.rule.is_some(), photon),
+        ("--index", args.index.is_some(), photon),
         ("--aa", args.aa.is_some(), integrator == Integrator::Whitted),
     ];
     let unused = flags.into_iter().filter(|&(_, given, used)| given && !used);

@@ -6,10 +6,14 @@
 //!
 //! [`BallIndex::join`] asks for many queries at once and hands each ball its queries in rising order, so that a sum over them
 //! does not depend on the index or the number of threads.
+//!
+//! There is no search for the k nearest: no estimator here asks for it.
 
+pub mod choice;
+pub mod curve;
+pub mod grid;
 pub mod kdtree;
 pub mod linear;
-pub mod morton;
 pub mod wide;
 
 use crate::numeric::work::Work;
@@ -73,6 +77,16 @@ impl Balls {
         self.centers.is_empty()
     }
 
+    /// Gives the balls new squared radii.
+    ///
+    /// # Errors
+    /// As [`Balls::new`].
+    pub fn set_radii_squared(&mut self, radii_squared: &[f64]) -> Result<(), IndexError> {
+        check_radii(self.len(), radii_squared)?;
+        self.radii_squared.copy_from_slice(radii_squared);
+        Ok(())
+    }
+
     /// Whether ball `item` covers `query`.
     pub fn covers(&self, item: usize, query: DVec3) -> bool {
         covers(self.centers[item], self.radii_squared[item], query)
@@ -125,6 +139,20 @@ fn check_radii(centers: usize, radii_squared: &[f64]) -> Result<(), IndexError> 
         Some(item) => Err(IndexError::Radius(item)),
         None => Ok(()),
     }
+}
+
+/// Calls `found` with every ball that covers the query, by asking each.
+fn scan(balls: &Balls, query: DVec3, work: &mut Work, found: &mut dyn FnMut(usize)) {
+    work.index_visits += 1;
+    work.index_tests += balls.len() as u64;
+    (0..balls.len())
+        .filter(|&item| balls.covers(item, query))
+        .for_each(found);
+}
+
+fn sum(mut a: Work, b: Work) -> Work {
+    a += b;
+    a
 }
 
 /// Fixed-radius search over [`Balls`].

@@ -1,6 +1,6 @@
 //! Resolved settings of a render.
 
-use crate::scene::options::{Antialias, Integrator, RenderTable, Rule};
+use crate::scene::options::{Antialias, IndexName, Integrator, RenderTable, Rule};
 use serde::Serialize;
 
 /// Everything that decides the bytes of a picture besides the scene, and the limits of the run.
@@ -29,6 +29,9 @@ pub struct Settings {
     /// Threads; all cores if `None`. Never changes a byte.
     #[serde(skip)]
     pub threads: Option<usize>,
+    /// Index for gathering photons. Never changes a byte.
+    #[serde(skip)]
+    pub index: IndexName,
     /// Seconds after which no further pass starts.
     #[serde(skip)]
     pub time: Option<f64>,
@@ -64,6 +67,7 @@ impl Settings {
             seed: table.seed.unwrap_or(0),
             max_depth: table.max_depth,
             threads: table.threads,
+            index: table.index.unwrap_or(IndexName::Wide),
             time: table.time,
         }
     }

@@ -31,6 +31,24 @@ pub enum Rule {
     Constant,
 }
 
+/// Name of an index for gathering photons. The picture does not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum IndexName {
+    /// Every photon against every hit point (slow).
+    Linear,
+    /// A kd-tree over the hit points, split at the widest axis.
+    Kdtree,
+    /// A kd-tree over the hit points, axes in turn as in the original.
+    KdtreeCycling,
+    /// A grid over the photons.
+    Grid,
+    /// A tree of sixteen-wide nodes over the hit points.
+    Wide,
+    /// A tree of sixteen-wide nodes over the photons.
+    WidePhotons,
+}
+
 /// Antialiasing of the `whitted` renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -77,6 +95,8 @@ pub struct RenderTable {
     pub radius: Option<f64>,
     /// Radius rule.
     pub rule: Option<Rule>,
+    /// Index over hit points or photons.
+    pub index: Option<IndexName>,
     /// Antialiasing of `whitted`.
     pub aa: Option<Antialias>,
     /// Solver.
@@ -102,6 +122,7 @@ impl RenderTable {
             alpha: self.alpha.or(base.alpha),
             radius: self.radius.or(base.radius),
             rule: self.rule.or(base.rule),
+            index: self.index.or(base.index),
             aa: self.aa.or(base.aa),
             solver: self.solver.or(base.solver),
             threads: self.threads.or(base.threads),

@@ -1,11 +1,15 @@
 //! Boxes by sixteens, in f32 rounded outward, and packets of sixteen queries.
 
+use crate::index::curve;
 use crate::numeric::simd::Lanes;
 use glam::DVec3;
 use rayon::prelude::*;
 
 /// Boxes of a node, queries of a packet.
 pub(super) const WIDTH: usize = 16;
+
+/// Packets that are looked at to tell whether queries come along a curve.
+const SAMPLES: usize = 256;
 
 /// A box that contains what it was made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,8 +132,20 @@ pub(super) struct Packets {
 }
 
 impl Packets {
+    /// Of all queries, and the query of each place if they did not come along a curve and were put so.
+    pub(super) fn compact(queries: &[DVec3]) -> (Self, Option<Vec<u32>>) {
+        let packets = Self::new(queries.len(), |place| queries[place]);
+        if packets.are_compact() {
+            return (packets, None);
+        }
+        drop(packets);
+        let order = curve::order(queries);
+        let packets = Self::new(queries.len(), |place| queries[order[place] as usize]);
+        (packets, Some(order))
+    }
+
     /// Of queries in the order in which the function names them.
-    pub(super) fn new(count: usize, query: impl Fn(usize) -> DVec3 + Sync) -> Self {
+    fn new(count: usize, query: impl Fn(usize) -> DVec3 + Sync) -> Self {
         let (packets, bounds) = (0..count.div_ceil(WIDTH))
             .into_par_iter()
             .with_min_len(256)
@@ -142,4 +158,61 @@ impl Packets {
             .unzip();
         Self { packets, bounds }
     }
+
+    /// Whether packets are mostly small: the median size of some is at most a quarter of the median distance between them. For
+    /// queries in random order both are about the same.
+    fn are_compact(&self) -> bool {
+        let some: Vec<&Bounds> = (0..SAMPLES)
+            .filter_map(|i| self.bounds.get(i * self.bounds.len() / SAMPLES))
+            .collect();
+        let next = some.iter().cycle().skip(some.len() / 2);
+        let apart = some
+            .iter()
+            .zip(next)
+            .map(|(a, b)| distance(a.least, b.least));
+        let size = some
+            .iter()
+            .map(|bounds| distance(bounds.least, bounds.most));
+        4.0 * median(size.collect()) <= median(apart.collect())
+    }
+}
+
+/// Largest difference of coordinates.
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let axes = a.into_iter().zip(b).map(|(a, b)| (a - b).abs());
+    axes.fold(0.0, f32::max)
+}
+
+/// The upper median; 0 of none.
+fn median(mut values: Vec<f32>) -> f32 {
+    values.sort_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Boxes of `count` items by sixteens, of these by sixteens, and so on to the root. Empty without items.
+pub(super) fn levels(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> Vec<Vec<Boxes>> {
+    let mut levels = Vec::new();
+    if count > 0 {
+        levels.push(by_sixteens(count, bounds));
+    }
+    while let Some(below) = levels.last().filter(|level: &&Vec<Boxes>| level.len() > 1) {
+        let above = by_sixteens(below.len(), |node| below[node].union());
+        levels.push(above);
+    }
+    levels
+}
+
+/// Nodes over `count` boxes.
+fn by_sixteens(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> Vec<Boxes> {
+    (0..count.div_ceil(WIDTH))
+        .into_par_iter()
+        .with_min_len(256)
+        .map(|node| {
+            let mut boxes = Boxes::EMPTY;
+            for (slot, child) in (node * WIDTH..count.min((node + 1) * WIDTH)).enumerate() {
+                boxes.set(slot, &bounds(child));
+            }
+            boxes
+        })
+        .collect()
 }

@@ -17,7 +17,7 @@ pub mod trace;
 use super::driver::RenderError;
 use super::film::Film;
 use super::settings::Settings;
-use crate::index::wide::WideTree;
+use crate::index::choice::Index;
 use crate::index::{BallIndex, Balls, IndexError};
 use crate::numeric::clock::ProcessClock;
 use crate::numeric::work::Work;
@@ -45,7 +45,7 @@ pub struct PhotonMapper<'a> {
     /// Radius statistics under the local rule: of each hit point if these stay, else of each pixel.
     statistics: Vec<Statistics>,
     schedule: Schedule,
-    tree: Option<WideTree>,
+    index: Option<Index>,
     energy: Energy,
 }
 
@@ -108,7 +108,7 @@ impl<'a> PhotonMapper<'a> {
                 radii_squared: Vec::new(),
                 statistics: Vec::new(),
                 schedule: Schedule::new(settings.rule, settings.alpha),
-                tree: None,
+                index: None,
                 energy: Energy::default(),
             }),
         }
@@ -132,10 +132,10 @@ impl<'a> PhotonMapper<'a> {
             vec![Gathered::default(); self.radii_squared.len()]
         } else {
             let clock = ProcessClock::start();
-            let tree = self.index(renewed);
+            let index = self.index(renewed);
             phases.build += clock.seconds();
-            let gathered = self.gather(&tree, pass, phases, &mut work);
-            self.tree = Some(tree);
+            let gathered = self.gather(&index, pass, phases, &mut work);
+            self.index = Some(index);
             gathered
         };
 
@@ -229,23 +229,24 @@ impl<'a> PhotonMapper<'a> {
             .collect()
     }
 
-    /// The tree over the hit points: the old one with new radii where they stay.
-    fn index(&mut self, renewed: bool) -> WideTree {
+    /// The index over the hit points: the old one with new radii where they stay.
+    fn index(&mut self, renewed: bool) -> Index {
         let radii_squared = &self.radii_squared;
-        let old = self.tree.take().filter(|_| !renewed);
-        let tree = match old {
-            Some(mut tree) => tree.set_radii_squared(radii_squared).map(|()| tree),
+        let old = self.index.take().filter(|_| !renewed);
+        let index = match old {
+            Some(mut index) => index.set_radii_squared(radii_squared).map(|()| index),
             None => {
                 let centers = self.view.hit_points.iter().map(|hit| hit.point).collect();
-                Balls::new(centers, radii_squared.clone()).map(|balls| WideTree::new(&balls))
+                Balls::new(centers, radii_squared.clone())
+                    .map(|balls| Index::new(self.settings.index, balls))
             }
         };
-        tree.unwrap_or_else(|fault: IndexError| panic!("hit points are finite: {fault}"))
+        index.unwrap_or_else(|fault: IndexError| panic!("hit points are finite: {fault}"))
     }
 
     fn gather(
         &mut self,
-        tree: &WideTree,
+        index: &Index,
         pass: u64,
         phases: &mut Phases,
         work: &mut Work,
@@ -278,7 +279,7 @@ impl<'a> PhotonMapper<'a> {
             let gather = |item: usize, within: &[u32]| {
                 gather::gather(&hit_points[item], within, &arrivals, max_depth, sums[item])
             };
-            let reached = tree.join(&points, &gather, work);
+            let reached = index.join(&points, &gather, work);
             for (sum, now) in sums.iter_mut().zip(reached) {
                 // A hit point without photons in the batch keeps what it had.
                 if now.photons > sum.photons {

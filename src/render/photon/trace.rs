@@ -7,7 +7,7 @@
 use super::arrivals::{Arrival, Arrivals};
 use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
-use crate::index::morton;
+use crate::index::curve;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
 use crate::render::scatter::{Interface, Lobes, reflect};
@@ -69,9 +69,9 @@ pub struct Photons {
 }
 
 impl Photons {
-    /// Puts the photons in the order of a Morton curve, those of one cell in the order of their paths.
+    /// Puts the photons in the order of a Hilbert curve, those of one cell in the order of their paths.
     pub fn sort_along_curve(&mut self) {
-        let order = morton::order(&self.points);
+        let order = curve::order(&self.points);
         self.points = order
             .par_iter()
             .map(|&from| self.points[from as usize])

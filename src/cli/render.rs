@@ -8,7 +8,7 @@ use crate::image::picture::Picture;
 use crate::image::{exr, png};
 use crate::render::driver::{self, Control, Outcome, Progress};
 use crate::render::settings::Settings;
-use crate::scene::options::{Antialias, Integrator, RenderTable, Rule, SolverName};
+use crate::scene::options::{Antialias, Integrator, Kernel, RenderTable, Rule, SolverName};
 use crate::scene::{self, Scene};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -55,12 +55,15 @@ pub struct RenderArgs {
     /// Share of new photons kept when the radius shrinks, in (0, 1].
     #[arg(long, value_parser = share)]
     pub alpha: Option<f64>,
-    /// First gather radius in world units (default: from the pixel footprint).
+    /// First gather radius in world units (default: three times the side of a pixel at the length of each camera path).
     #[arg(long, value_parser = positive)]
     pub radius: Option<f64>,
     /// How the radius shrinks.
     #[arg(long, value_enum)]
     pub rule: Option<Rule>,
+    /// How photons count by their distance.
+    #[arg(long, value_enum)]
+    pub kernel: Option<Kernel>,
     /// Antialiasing of whitted.
     #[arg(long, value_enum)]
     pub aa: Option<Antialias>,
@@ -118,6 +121,7 @@ impl RenderArgs {
             alpha: self.alpha,
             radius: self.radius,
             rule: self.rule,
+            kernel: self.kernel,
             aa: self.aa,
             solver: self.solver,
             threads: self.threads.map(usize::from),
@@ -222,6 +226,7 @@ fn ignored(args: &RenderArgs, integrator: Integrator) -> Vec<String> {
         ("--alpha", args.alpha.is_some(), photon),
         ("--radius", args.radius.is_some(), photon),
         ("--rule", args.rule.is_some(), photon),
+        ("--kernel", args.kernel.is_some(), photon),
         ("--aa", args.aa.is_some(), integrator == Integrator::Whitted),
     ];
     let unused = flags.into_iter().filter(|&(_, given, used)| given && !used);

@@ -1,6 +1,6 @@
 //! Resolved settings of a render.
 
-use crate::scene::options::{Antialias, Integrator, RenderTable, Rule};
+use crate::scene::options::{Antialias, Integrator, Kernel, RenderTable, Rule};
 use serde::Serialize;
 
 /// Everything that decides the bytes of a picture besides the scene, and the limits of the run.
@@ -20,6 +20,8 @@ pub struct Settings {
     pub radius: Option<f64>,
     /// Radius rule.
     pub rule: Rule,
+    /// Kernel.
+    pub kernel: Kernel,
     /// Antialiasing of `whitted`.
     pub aa: Antialias,
     /// Seed.
@@ -38,7 +40,7 @@ impl Settings {
     /// The settings of a table, with defaults where it is silent.
     ///
     /// Defaults: `ppm` with 4 camera samples, 64 passes of 100 000 photons, α = 2/3; `path` with 64 samples; `whitted` with
-    /// one and path-hash antialiasing. With `time` alone, passes and samples are unlimited.
+    /// one and path-hash antialiasing; the disc as kernel. With `time` alone, passes and samples are unlimited.
     pub fn resolve(table: &RenderTable) -> Self {
         let integrator = table.integrator.unwrap_or(Integrator::Ppm);
         let timed = table.time.is_some();
@@ -60,6 +62,7 @@ impl Settings {
             alpha: table.alpha.unwrap_or(2.0 / 3.0),
             radius: table.radius,
             rule: table.rule.unwrap_or(rule),
+            kernel: table.kernel.unwrap_or(Kernel::Disc),
             aa: table.aa.unwrap_or(Antialias::PathHash),
             seed: table.seed.unwrap_or(0),
             max_depth: table.max_depth,

@@ -29,6 +29,29 @@ pub enum Rule {
     Global,
     /// Never.
     Constant,
+    /// r' = 0.95 r every pass, whatever alpha: shrinks so fast that the variance of the mean grows again. A negative control.
+    Geometric,
+    /// The same radii, but flux divided by r₁ r instead of r²: the picture dims pass by pass. A negative control.
+    GeometricAsCoded,
+}
+
+impl Rule {
+    /// Whether radii depend on the photons found: then every pass needs all passes before it.
+    pub fn looks_at_photons(self) -> bool {
+        self == Self::Local
+    }
+}
+
+/// How a photon counts by its distance from the hit point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kernel {
+    /// All alike within the radius.
+    Disc,
+    /// Falling with the square of the distance: 2 (1 − d²/r²).
+    Epanechnikov,
+    /// 6 (1 − d²/r²)(1 − 2 d²/r²), without second moment: bias ~ r⁴ on smooth parts; may read below 0.
+    FourthOrder,
 }
 
 /// Antialiasing of the `whitted` renderer.
@@ -77,6 +100,8 @@ pub struct RenderTable {
     pub radius: Option<f64>,
     /// Radius rule.
     pub rule: Option<Rule>,
+    /// Kernel.
+    pub kernel: Option<Kernel>,
     /// Antialiasing of `whitted`.
     pub aa: Option<Antialias>,
     /// Solver.
@@ -102,6 +127,7 @@ impl RenderTable {
             alpha: self.alpha.or(base.alpha),
             radius: self.radius.or(base.radius),
             rule: self.rule.or(base.rule),
+            kernel: self.kernel.or(base.kernel),
             aa: self.aa.or(base.aa),
             solver: self.solver.or(base.solver),
             threads: self.threads.or(base.threads),

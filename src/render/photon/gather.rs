@@ -52,6 +52,21 @@ pub fn gather(
     gathered
 }
 
+/// The flux of the photons that the hit point accepts, each times its weight.
+pub fn weighted_flux(
+    hit_point: &HitPoint,
+    within: &[u32],
+    arrivals: &[Arrival],
+    max_depth: Option<u32>,
+    weight: &impl Fn(usize) -> f64,
+) -> Rgb {
+    let photons = within.iter().map(|&photon| photon as usize);
+    photons
+        .filter(|&photon| accepts(hit_point, &arrivals[photon], max_depth))
+        .map(|photon| arrivals[photon].flux * weight(photon))
+        .sum()
+}
+
 /// The radiance that a hit point adds to its pixel in a pass of `emitted` photons: weight × flux / (π r² photons).
 ///
 /// The running mean of this over the passes equals τ/(π r² photons) of the progressive form (Hachisuka, Ogaki and Jensen 2008),

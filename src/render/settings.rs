@@ -1,10 +1,10 @@
 //! Resolved settings of a render.
 
 use crate::scene::options::{Antialias, Integrator, Kernel, RenderTable, Rule};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Everything that decides the bytes of a picture besides the scene, and the limits of the run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Integrator.
     pub integrator: Integrator,
@@ -37,6 +37,16 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Whether a pass is a function of its number alone, so that passes may be rendered apart: photon mapping under a rule that
+    /// does not look at photons.
+    pub fn passes_are_independent(&self) -> bool {
+        let photons = matches!(
+            self.integrator,
+            Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
+        );
+        photons && !self.rule.looks_at_photons()
+    }
+
     /// The settings of a table, with defaults where it is silent.
     ///
     /// Defaults: `ppm` with 4 camera samples, 64 passes of 100 000 photons, α = 2/3; `path` with 64 samples; `whitted` with

@@ -8,7 +8,7 @@ use photolathe::scene::Scene;
 use photolathe::scene::file::{MAX_FILE_BYTES, Override, load, parse};
 use photolathe::scene::light::Light;
 use photolathe::scene::material::{Emission, Pattern, Side};
-use photolathe::scene::options::{Antialias, IndexName, Integrator, Rule, SolverName};
+use photolathe::scene::options::{Antialias, IndexName, Integrator, Kernel, Rule, SolverName};
 use proptest::prelude::*;
 use std::path::Path;
 
@@ -111,6 +111,7 @@ fn every_key_of_a_good_file_arrives() {
             Some(IndexName::KdtreeCycling)
         )
     );
+    assert_eq!(render.kernel, Some(Kernel::FourthOrder));
     assert_eq!(render.solver, Some(SolverName::Newton));
     assert_eq!(
         (render.threads, render.seed, render.max_depth),

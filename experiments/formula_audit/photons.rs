@@ -258,7 +258,14 @@ fn after_rounds(gain: Gain, decay: f64, rounds: u32) -> f64 {
 fn by_gathered(statistics: Statistics, within: &[Arrival]) -> Statistics {
     let items: Vec<u32> = (0..within.len() as u32).collect();
     let arrivals: Arrivals = within.iter().copied().collect();
-    let gathered = gather(&HIT_POINT, &items, &arrivals, None, Gathered::default());
+    let gathered = gather(
+        &HIT_POINT,
+        &items,
+        &arrivals,
+        None,
+        Gathered::default(),
+        |_| 1.0,
+    );
     statistics.after(gathered.photons as f64, 0.7)
 }
 

@@ -1,10 +1,10 @@
 //! Resolved settings of a render.
 
-use crate::scene::options::{Antialias, IndexName, Integrator, RenderTable, Rule};
-use serde::Serialize;
+use crate::scene::options::{Antialias, IndexName, Integrator, Kernel, RenderTable, Rule};
+use serde::{Deserialize, Serialize};
 
 /// Everything that decides the bytes of a picture besides the scene, and the limits of the run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Integrator.
     pub integrator: Integrator,
@@ -20,6 +20,8 @@ pub struct Settings {
     pub radius: Option<f64>,
     /// Radius rule.
     pub rule: Rule,
+    /// Kernel.
+    pub kernel: Kernel,
     /// Antialiasing of `whitted`.
     pub aa: Antialias,
     /// Seed.
@@ -38,10 +40,20 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Whether a pass is a function of its number alone, so that passes may be rendered apart: photon mapping under a rule that
+    /// does not look at photons.
+    pub fn passes_are_independent(&self) -> bool {
+        let photons = matches!(
+            self.integrator,
+            Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
+        );
+        photons && !self.rule.looks_at_photons()
+    }
+
     /// The settings of a table, with defaults where it is silent.
     ///
     /// Defaults: `ppm` with 4 camera samples, 64 passes of 100 000 photons, α = 2/3; `path` with 64 samples; `whitted` with
-    /// one and path-hash antialiasing. With `time` alone, passes and samples are unlimited.
+    /// one and path-hash antialiasing; the disc as kernel. With `time` alone, passes and samples are unlimited.
     pub fn resolve(table: &RenderTable) -> Self {
         let integrator = table.integrator.unwrap_or(Integrator::Ppm);
         let timed = table.time.is_some();
@@ -63,11 +75,12 @@ impl Settings {
             alpha: table.alpha.unwrap_or(2.0 / 3.0),
             radius: table.radius,
             rule: table.rule.unwrap_or(rule),
+            kernel: table.kernel.unwrap_or(Kernel::Disc),
             aa: table.aa.unwrap_or(Antialias::PathHash),
             seed: table.seed.unwrap_or(0),
             max_depth: table.max_depth,
             threads: table.threads,
-            index: table.index.unwrap_or(IndexName::Wide),
+            index: table.index.unwrap_or_default(),
             time: table.time,
         }
     }

@@ -26,13 +26,15 @@ pub fn accepts(hit_point: &HitPoint, photon: &Arrival, max_depth: Option<u32>) -
         })
 }
 
-/// Adds to what a hit point has gathered, in their order, the photons that it accepts of those within its radius.
+/// Adds to what a hit point has gathered, in their order, the photons that it accepts of those within its radius, the flux of each
+/// times its weight.
 pub fn gather(
     hit_point: &HitPoint,
     within: &[u32],
     arrivals: &Arrivals,
     max_depth: Option<u32>,
     mut gathered: Gathered,
+    weight: impl Fn(u32) -> f64,
 ) -> Gathered {
     // On flat surfaces, the most common, one comparison stands for those of objects and normals.
     let surface = arrivals.surface(hit_point.object, hit_point.normal);
@@ -48,14 +50,14 @@ pub fn gather(
                 flux
             }
             None => {
-                let photon = arrivals.get(photon as usize);
-                if !accepts(hit_point, &photon, max_depth) {
+                let arrival = arrivals.get(photon as usize);
+                if !accepts(hit_point, &arrival, max_depth) {
                     continue;
                 }
-                photon.flux
+                arrival.flux
             }
         };
-        gathered.flux += flux;
+        gathered.flux += flux * weight(photon);
         gathered.photons += 1;
     }
     gathered

@@ -3,14 +3,15 @@
 //! One accumulator serves every variant. A pass emits photons, gathers them at the hit points within each one's present radius,
 //! and adds one sample to every pixel. `ppm` keeps the hit points of its first pass (Hachisuka, Ogaki and Jensen 2008); `sppm`
 //! and `pppm` make new ones each pass (Hachisuka and Jensen 2009, Knaus and Zwicker 2011). How radii shrink is a rule of its
-//! own ([`radius`]). All light, the direct one too, arrives by photons; only emission seen directly or through specular events
-//! is added.
+//! own ([`radius`]), and so is how they count by their distance ([`kernel`]). All light, the direct one too, arrives by photons;
+//! only emission seen directly or through specular events is added.
 //!
-//! A radius depends on earlier passes only, so a pass has exactly the bias of a disc of that radius.
+//! A radius depends on earlier passes only, so a pass has exactly the bias of the kernel at that radius.
 
 pub mod arrivals;
 pub mod camera;
 pub mod gather;
+pub mod kernel;
 pub mod radius;
 pub mod trace;
 
@@ -21,7 +22,7 @@ use crate::index::choice::Index;
 use crate::index::{BallIndex, Balls, IndexError};
 use crate::numeric::clock::ProcessClock;
 use crate::numeric::work::Work;
-use crate::scene::options::{Integrator, Rule};
+use crate::scene::options::{Integrator, Kernel, Rule};
 use crate::scene::{Rgb, Scene};
 use camera::{HitPoint, Sampling, View};
 use gather::Gathered;
@@ -222,7 +223,7 @@ impl<'a> PhotonMapper<'a> {
             .map(|(index, hit_point)| {
                 let shrink = match self.settings.rule {
                     Rule::Local => self.statistics[self.region(index)].shrink,
-                    Rule::Global | Rule::Constant => common,
+                    _ => common,
                 };
                 (shrink * hit_point.first_radius_squared).max(hit_point.least_radius_squared)
             })
@@ -255,9 +256,11 @@ impl<'a> PhotonMapper<'a> {
             photons,
             seed,
             max_depth,
+            kernel,
             ..
         } = *self.settings;
         let hit_points = &self.view.hit_points;
+        let radii_squared = &self.radii_squared;
         let mut sums = vec![Gathered::default(); hit_points.len()];
         let first = pass.wrapping_mul(photons);
         let mut done = 0;
@@ -277,7 +280,17 @@ impl<'a> PhotonMapper<'a> {
                 points, arrivals, ..
             } = photons;
             let gather = |item: usize, within: &[u32]| {
-                gather::gather(&hit_points[item], within, &arrivals, max_depth, sums[item])
+                let (hit_point, so_far) = (&hit_points[item], sums[item]);
+                let weight = |photon: u32| {
+                    let at = points[photon as usize];
+                    kernel.weight(at.distance_squared(hit_point.point) / radii_squared[item])
+                };
+                match kernel {
+                    Kernel::Disc => {
+                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, |_| 1.0)
+                    }
+                    _ => gather::gather(hit_point, within, &arrivals, max_depth, so_far, weight),
+                }
             };
             let reached = index.join(&points, &gather, work);
             for (sum, now) in sums.iter_mut().zip(reached) {
@@ -299,8 +312,10 @@ impl<'a> PhotonMapper<'a> {
         let mut samples = self.view.emission.clone();
         let radii = self.view.hit_points.iter().zip(&self.radii_squared);
         for ((hit_point, radius_squared), gathered) in radii.zip(gathered) {
+            let rule = self.settings.rule;
+            let square = rule.divisor(hit_point.first_radius_squared, *radius_squared);
             samples[hit_point.pixel as usize] +=
-                gather::radiance(hit_point, gathered, *radius_squared, emitted);
+                gather::radiance(hit_point, gathered, square, emitted);
         }
         for (pixel, sample) in film.pixels_mut().iter_mut().zip(samples) {
             pixel.add(sample);

@@ -13,7 +13,9 @@ pub mod grazing;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
+pub mod scaling;
 pub mod solvers;
+pub mod time_to_error;
 pub mod watertight;
 
 use crate::lab::experiment::Experiment;
@@ -29,6 +31,8 @@ pub const ALL: &[Experiment] = &[
     watertight::EXPERIMENT,
     dose::EXPERIMENT,
     photons::EXPERIMENT,
+    scaling::EXPERIMENT,
+    time_to_error::EXPERIMENT,
     fresnel::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,

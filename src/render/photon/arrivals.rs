@@ -44,6 +44,9 @@ struct Packed {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Surface(u32);
 
+/// Bytes of a photon on a flat surface, but for its point.
+pub(super) const BYTES: usize = size_of::<Packed>();
+
 const FULL: u32 = 1 << 31;
 const EVENT_BITS: u32 = 8;
 
@@ -316,6 +319,6 @@ mod tests {
         arrivals.push(&photon);
         let got = arrivals.get(0).flux;
         assert!(((got - photon.flux) / photon.flux).abs().max_element() < 6e-8);
-        assert_eq!(size_of::<Packed>(), 16);
+        assert_eq!(BYTES, 16);
     }
 }

@@ -11,8 +11,12 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// The first radius of a hit point is this many times the side of a pixel at the length of its camera path, if no radius is
-/// given: a disc some pixels across blurs little and usually holds several of 10⁵ photons.
-pub const PIXELS_PER_RADIUS: f64 = 3.0;
+/// given: the kernel blurs about as much as the pixel itself does. A larger one would be less noisy and drown caustics in its bias
+/// (experiment `time_to_error`).
+pub const PIXELS_PER_RADIUS: f64 = 1.0;
+/// Steps of the two places in a pixel from pass to pass, in 2⁻⁶⁴: 1/g and 1/g² with g³ = g + 1, the Kronecker sequence R₂ (Roberts
+/// 2018). With a start of its own each place is uniform in every pass, and any number of passes covers the pixel evenly.
+const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1D];
 /// No radius falls below this many bounds of the hit's error: within them, photons do not lie where they say.
 const LEAST_IN_ERRORS: f64 = 64.0;
 /// Branches of less weight than this go on by roulette.
@@ -65,8 +69,8 @@ pub struct Sampling {
     pub spp: u32,
     /// Seed.
     pub seed: u64,
-    /// First sample number of all: pass × pixels × spp for samples made anew each pass.
-    pub first: u64,
+    /// The pass: each has random numbers of its own.
+    pub pass: u64,
     /// First radius; `None` takes [`PIXELS_PER_RADIUS`].
     pub radius: Option<f64>,
     /// Most scattering events.
@@ -105,6 +109,14 @@ pub fn view(scene: &Scene, sampling: &Sampling) -> View {
         all.work += chunk.work;
     }
     all
+}
+
+/// A place in [0, 1) moved on by so many steps, around the ends.
+fn moved(start: f64, steps: u64, step: u64) -> f64 {
+    // Multiples of 2⁻⁵³, so no rounding.
+    let by = (steps.wrapping_mul(step) >> 11) as f64 * (1.0 / (1_u64 << 53) as f64);
+    let place = start + by;
+    if place < 1.0 { place } else { place - 1.0 }
 }
 
 /// Cells of the stratified jitter: the most nearly square grid of exactly `spp` cells.
@@ -203,11 +215,24 @@ impl Viewer<'_> {
         let (columns, rows) = strata(spp);
         let cells = DVec2::new(f64::from(columns), f64::from(rows));
         let within = sample % spp;
+        let samples = u64::from(film.width) * u64::from(film.height) * u64::from(spp);
         let number = (pixel as u64 * u64::from(spp)).wrapping_add(u64::from(within));
-        let index = self.sampling.first.wrapping_add(number);
-        let mut stream = Stream::new(self.sampling.seed, Purpose::Camera, index);
+        let Sampling { seed, pass, .. } = *self.sampling;
+        let mut stream = Stream::new(
+            seed,
+            Purpose::Camera,
+            pass.wrapping_mul(samples).wrapping_add(number),
+        );
         let cell = DVec2::new(f64::from(within % columns), f64::from(within / columns));
-        let jitter = (cell + DVec2::from_array(stream.uniform2())) / cells;
+        let place = if pass == 0 {
+            stream.uniform2()
+        } else {
+            // The stream's own place is not used: that of the first pass moves on.
+            stream.uniform2();
+            let start = Stream::new(seed, Purpose::Camera, number).uniform2();
+            [0, 1].map(|axis| moved(start[axis], pass, STEPS[axis]))
+        };
+        let jitter = (cell + DVec2::from_array(place)) / cells;
         let lens = stream.uniform2();
         self.log.work.camera_rays += 1;
         Walk {
@@ -370,7 +395,28 @@ impl Viewer<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::strata;
+    use super::{STEPS, moved, strata};
+
+    /// 64 passes put one place in nearly every cell of 8 × 8, where independent ones would leave 23 empty; and the place stays in
+    /// [0, 1) wherever it starts.
+    #[test]
+    fn places_of_successive_passes_cover_the_pixel_evenly() {
+        for start in [[0.0, 0.0], [0.3, 0.9], [1.0 - f64::EPSILON; 2]] {
+            let mut cells = [false; 64];
+            for pass in 0..64 {
+                let [x, y] = [0, 1].map(|axis| moved(start[axis], pass, STEPS[axis]));
+                assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
+                cells[(8.0 * x) as usize + 8 * (8.0 * y) as usize] = true;
+            }
+            let empty = cells.iter().filter(|&&cell| !cell).count();
+            assert!(empty <= 12, "{empty}");
+        }
+        // 1/g and 1/g² to the last digit, with g³ = g + 1.
+        let g: f64 = 1.324_717_957_244_746;
+        let share = |step: u64| step as f64 / (1_u128 << 64) as f64;
+        assert!((share(STEPS[0]) * g - 1.0).abs() < 1e-15);
+        assert!((share(STEPS[1]) * g * g - 1.0).abs() < 1e-15);
+    }
 
     #[test]
     fn strata_are_as_many_as_the_samples() {

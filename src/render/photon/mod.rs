@@ -26,13 +26,19 @@ use crate::scene::options::{Integrator, Kernel, Rule};
 use crate::scene::{Rgb, Scene};
 use camera::{HitPoint, Sampling, View};
 use gather::Gathered;
+use glam::DVec3;
 use radius::{Schedule, Statistics};
 use trace::{Energy, Photons};
 
 /// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons.
-const BATCH: u64 = 1 << 18;
+const BATCH: u64 = 1 << 15;
 /// Most camera samples of a pass; their hit points take about 200 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
+
+/// Bytes of the wide tree for a hit point (centre, radius, number, box, and its share of the boxes above), and of a join for a
+/// photon.
+const TREE_BYTES: usize = 62;
+const JOIN_BYTES: usize = 26;
 
 /// A progressive photon mapper between passes.
 #[derive(Debug)]
@@ -48,6 +54,8 @@ pub struct PhotonMapper<'a> {
     schedule: Schedule,
     index: Option<Index>,
     energy: Energy,
+    /// Most photons that lay in memory together.
+    most_photons: usize,
 }
 
 /// CPU seconds of the process, all threads, in each phase of the passes so far.
@@ -111,6 +119,7 @@ impl<'a> PhotonMapper<'a> {
                 schedule: Schedule::new(settings.rule, settings.alpha),
                 index: None,
                 energy: Energy::default(),
+                most_photons: 0,
             }),
         }
     }
@@ -167,27 +176,34 @@ impl<'a> PhotonMapper<'a> {
         &self.statistics
     }
 
+    /// Bytes held at the fullest moment so far, while a batch of photons is gathered: hit points with their radii, sums and tree (the
+    /// default one), emission and statistics of pixels, and the photons with what gathering them needs. Not counted: the film.
+    pub fn peak_bytes(&self) -> usize {
+        // Sums so far, and the answers of a batch twice.
+        let gathered = 3 * size_of::<Gathered>();
+        let hit_point = size_of::<HitPoint>() + size_of::<f64>() + TREE_BYTES + gathered;
+        let photon = size_of::<DVec3>() + arrivals::BYTES + JOIN_BYTES;
+        self.view.hit_points.len() * hit_point
+            + self.view.emission.len() * size_of::<Rgb>()
+            + self.statistics.len() * size_of::<Statistics>()
+            + self.most_photons * photon
+    }
+
     fn fixed(&self) -> bool {
         self.settings.integrator == Integrator::Ppm
     }
 
     /// Makes the hit points of the pass; `false` if the old ones stay.
     fn place_hit_points(&mut self, pass: u64, work: &mut Work) -> bool {
-        let pixels = u64::from(self.scene.film.width) * u64::from(self.scene.film.height);
         if self.fixed() && !self.view.emission.is_empty() {
             return false;
         }
-        let samples = pixels * u64::from(self.settings.spp);
         self.view = camera::view(
             self.scene,
             &Sampling {
                 spp: self.settings.spp,
                 seed: self.settings.seed,
-                first: if self.fixed() {
-                    0
-                } else {
-                    pass.wrapping_mul(samples)
-                },
+                pass: if self.fixed() { 0 } else { pass },
                 radius: self.settings.radius,
                 max_depth: self.settings.max_depth,
                 split: self.fixed(),
@@ -272,6 +288,7 @@ impl<'a> PhotonMapper<'a> {
             phases.trace += clock.seconds();
             self.energy += photons.energy;
             *work += photons.work;
+            self.most_photons = self.most_photons.max(photons.points.len());
 
             let clock = ProcessClock::start();
             // Neighbours side by side: what a hit point gathers then lies together.

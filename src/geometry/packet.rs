@@ -124,3 +124,111 @@ impl Kernel for Meet<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::hit::Crossing;
+    use crate::geometry::planar::{Disc, Plane, Quad};
+    use crate::geometry::revolution::Solver;
+    use crate::geometry::sphere::Sphere;
+    use crate::numeric::rng::{Purpose, Stream};
+    use crate::numeric::work::Work;
+
+    fn shapes() -> Vec<Shape> {
+        let center = DVec3::new(0.2, -0.1, 0.3);
+        vec![
+            Shape::Sphere(Sphere {
+                center,
+                radius: 0.8,
+            }),
+            Shape::Quad(Quad {
+                corner: DVec3::new(-1.0, -0.5, -1.0),
+                edge_u: DVec3::new(2.0, 0.1, 0.0),
+                edge_v: DVec3::new(0.3, 0.0, 2.0),
+            }),
+            Shape::Plane(Plane {
+                point: -DVec3::Y,
+                normal: DVec3::Y,
+            }),
+            Shape::Disc(Disc {
+                center,
+                normal: DVec3::new(0.6, 0.8, 0.0),
+                radius: 0.9,
+            }),
+            // The same again: of crossings at the same parameter the first object's counts.
+            Shape::Plane(Plane {
+                point: -DVec3::Y,
+                normal: DVec3::Y,
+            }),
+        ]
+    }
+
+    /// Rays from inside, outside and on the surfaces, along axes and edges, with ranges of all kinds, and some that are none.
+    fn rays() -> Vec<Ray> {
+        let mut stream = Stream::new(8, Purpose::Test, 0);
+        let mut random = |size: f64| DVec3::from_array([0; 3].map(|_| stream.range(-size, size)));
+        let mut rays: Vec<Ray> = (0..4000)
+            .map(|_| Ray::new(random(2.0), random(1.0)))
+            .collect();
+        for (number, ray) in rays.iter_mut().enumerate() {
+            match number % 11 {
+                0 => ray.t_max = 1.0,
+                1 => ray.t_min = -3.0,
+                2 => ray.direction *= 1e-200,
+                3 => ray.direction.y = 0.0,
+                4 => ray.origin = DVec3::new(0.2, 0.7, 0.3),
+                5 => ray.direction = DVec3::NEG_Y,
+                _ => {}
+            }
+        }
+        let bad = Ray::new(DVec3::ZERO, DVec3::Y);
+        rays.extend([
+            Ray::new(DVec3::NAN, DVec3::Y),
+            Ray::new(DVec3::ZERO, DVec3::ZERO),
+            Ray::new(DVec3::ZERO, DVec3::INFINITY),
+            bad.until(-1.0),
+            bad.until(f64::NAN),
+        ]);
+        rays
+    }
+
+    fn alone(shapes: &[Shape], ray: &Ray) -> Option<(usize, u64)> {
+        let (mut rest, mut nearest) = (*ray, None);
+        for (object, shape) in shapes.iter().enumerate() {
+            let found = shape.nearest(&rest, &Solver::Bernstein, &mut Work::default());
+            if let Some(Crossing { t, .. }) = found {
+                rest.t_max = t;
+                nearest = Some((object, t.to_bits()));
+            }
+        }
+        nearest
+    }
+
+    #[test]
+    fn rays_in_lanes_meet_what_they_meet_alone_to_the_bit() {
+        let shapes = shapes();
+        let mut met = 0;
+        for vectors in Vectors::all() {
+            // A last packet that is not full.
+            for rays in rays().chunks(WIDTH) {
+                let mut packet = Packet {
+                    vectors,
+                    ..Packet::new(rays)
+                };
+                for (object, shape) in shapes.iter().enumerate() {
+                    packet.meet(shape, object);
+                }
+                for (lane, ray) in rays.iter().enumerate() {
+                    let found = packet
+                        .nearest(lane)
+                        .map(|(object, t)| (object, t.to_bits()));
+                    assert_eq!(found, alone(&shapes, ray), "{vectors}: {ray:?}");
+                    met += u32::from(found.is_some());
+                }
+                assert!((rays.len()..WIDTH).all(|lane| packet.nearest(lane).is_none()));
+            }
+        }
+        assert!(met > 2000);
+    }
+}

@@ -7,7 +7,7 @@ use crate::lab::rendering::render;
 use crate::numeric::statistics::Moments;
 
 /// Scenes, each with the size of its picture and the first gather radius: glass on a tiled floor, every material and texture, a
-/// thin lens. The radius is small against the objects, because the default of 3 pixels would be large in pictures as small as these.
+/// thin lens. The radius is small against the objects, also in pictures as small as these.
 const SCENES: [(&str, u32, u32, f64); 3] = [
     ("cup", 64, 48, 0.06),
     ("gallery", 64, 36, 0.03),

@@ -14,7 +14,9 @@ pub mod grazing;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
+pub mod scaling;
 pub mod solvers;
+pub mod time_to_error;
 pub mod watertight;
 
 use crate::lab::experiment::Experiment;
@@ -31,6 +33,8 @@ pub const ALL: &[Experiment] = &[
     dose::EXPERIMENT,
     photons::EXPERIMENT,
     antialias::EXPERIMENT,
+    scaling::EXPERIMENT,
+    time_to_error::EXPERIMENT,
     fresnel::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,

@@ -4,6 +4,7 @@ use photolathe::image::metrics::{blocks, compare};
 use photolathe::image::picture::Picture;
 use photolathe::image::{exr, file, png};
 use photolathe::numeric::rng::{Purpose, Stream};
+use std::path::Path;
 
 /// A picture of every kind of value, with statistics and attributes.
 fn sample(width: usize, height: usize, seed: u64) -> Picture {
@@ -313,4 +314,114 @@ fn p_values_of_pictures_hold_their_level_and_see_a_shift() {
         .p_values
         .unwrap();
     assert!(seen.p_mean.iter().all(|&p| p < 0.001), "{seen:?}");
+}
+
+/// The program's exit code and what it says, for words without blanks.
+fn photolathe(command: &str) -> (Option<i32>, String) {
+    let done = std::process::Command::new(env!("CARGO_BIN_EXE_photolathe"))
+        .args(command.split_whitespace())
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("the program starts");
+    (
+        done.status.code(),
+        String::from_utf8_lossy(&done.stderr).into_owned(),
+    )
+}
+
+/// Renders a small hourglass.
+fn render(more: &str) -> (Option<i32>, String) {
+    photolathe(&format!(
+        "render scenes/hourglass.toml --photons 400 --set film.width=12 --set film.height=12 {more}"
+    ))
+}
+
+#[test]
+fn parts_of_a_render_join_to_its_bytes_for_any_split() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = |file: &str| folder.path().join(file).display().to_string();
+    for method in [
+        "--integrator pppm --kernel fourth-order",
+        "--integrator ppm --rule constant",
+        "--integrator sppm --rule geometric-as-coded",
+    ] {
+        let whole = name("whole.exr");
+        let done = render(&format!("{method} --passes 7 --threads 2 -o {whole}"));
+        assert_eq!(done.0, Some(0), "{}", done.1);
+        for split in [&[0, 7][..], &[0, 1, 7], &[0, 2, 3, 7], &[0, 5, 6, 7]] {
+            let mut parts = Vec::new();
+            for ends in split.windows(2) {
+                let part = name(&format!("{}.part", ends[0]));
+                let range = format!("--pass-range {}..{}", ends[0], ends[1]);
+                let done = render(&format!("{method} {range} --threads 1 -o {part}"));
+                assert_eq!(done.0, Some(0), "{}", done.1);
+                parts.insert(0, part);
+            }
+            let joined = name("joined.exr");
+            let done = photolathe(&format!("merge {} -o {joined}", parts.join(" ")));
+            assert_eq!(done.0, Some(0), "{}", done.1);
+            assert!(std::fs::read(&joined).unwrap() == std::fs::read(&whole).unwrap());
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_split_or_joined_is_refused_with_one_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = |file: &str| folder.path().join(file).display().to_string();
+    let refused = |done: (Option<i32>, String), words: &str| {
+        assert_eq!(done.0, Some(2), "{}", done.1);
+        assert!(done.1.contains(words), "{}", done.1);
+    };
+    let part = name("part");
+    for method in ["--integrator sppm", "--integrator path", "--rule local"] {
+        let done = render(&format!("{method} --pass-range 0..2 -o {part}"));
+        refused(done, "passes cannot be made apart");
+    }
+    for range in ["2..2", "3..1", "1", "a..b", "0..99999999999"] {
+        let done = render(&format!("--integrator pppm --pass-range {range} -o {part}"));
+        refused(done, "expected two whole numbers");
+    }
+    let done = render("--integrator pppm --pass-range 0..2 -o part.exr");
+    refused(done, "does not end in .exr or .png");
+    let done = render("--integrator pppm --pass-range 0..9 --passes 8 -o part");
+    refused(done, "goes beyond --passes 8");
+    assert!(!Path::new(&part).exists());
+
+    let made = |range: &str, more: &str| {
+        let part = name(&format!("{range}{}.part", more.replace(' ', "_")));
+        let done = render(&format!(
+            "--integrator pppm --pass-range {range} {more} -o {part}"
+        ));
+        assert_eq!(done.0, Some(0), "{}", done.1);
+        part
+    };
+    let (first, last) = (made("0..1", ""), made("2..3", ""));
+    let out = name("out.exr");
+    let merge = |parts: &[&str]| photolathe(&format!("merge {} -o {out}", parts.join(" ")));
+    refused(merge(&[&first, &last]), "passes 1..2 are missing");
+    refused(merge(&[&last]), "passes 0..2 are missing");
+    refused(merge(&[&first, &first]), "both hold pass 0");
+    for (setting, words) in [
+        ("--seed 1", "seed differs: 1 against 0"),
+        ("--alpha 0.5", "alpha differs: 0.5"),
+        ("--photons 401", "photons differs"),
+        ("--set film.width=13", "size differs"),
+        ("--set camera.vertical_fov_deg=31", "scene_hash differs"),
+    ] {
+        refused(merge(&[&first, &made("1..2", setting)]), words);
+    }
+    let bytes = std::fs::read(&first).unwrap();
+    for (wrong, words) in [
+        (&bytes[..bytes.len() / 2], "incomplete or damaged"),
+        (&bytes[..20], "incomplete or damaged"),
+        (&b"magic"[..], "not a part"),
+        (&[], "not a part"),
+    ] {
+        std::fs::write(&part, wrong).unwrap();
+        refused(merge(&[&part, &first]), words);
+    }
+    refused(merge(&["scenes/hourglass.toml"]), "not a part");
+    refused(merge(&["nowhere"]), "nowhere");
+    assert!(!Path::new(&out).exists());
 }

@@ -9,6 +9,8 @@ pub mod golden;
 pub mod grade;
 pub mod inspect;
 pub mod intersect;
+pub mod merge;
+mod pictures;
 pub mod rays;
 pub mod render;
 pub mod report;
@@ -44,6 +46,8 @@ struct Arguments {
 enum Command {
     /// Render a scene to EXR and PNG.
     Render(render::RenderArgs),
+    /// Join the parts of a render made by render --pass-range.
+    Merge(merge::MergeArgs),
     /// Intersect a list of rays with a scene.
     Intersect(intersect::IntersectArgs),
     /// Write families of rays with certified answers.
@@ -69,6 +73,7 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
         Command::Render(args) => render::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Intersect(args) => intersect::run(&args),
         Command::Rays(args) => rays::run(&args),
         Command::Grade(args) => grade::run(&args),

@@ -1,21 +1,24 @@
 //! `photolathe render`: a scene in, pictures and statistics out.
 
 use super::parse_override;
+use super::pictures;
 use super::resources;
+use crate::image::exr;
 use crate::image::file::write_atomically;
 use crate::image::metrics::{self, Comparison};
-use crate::image::picture::Picture;
-use crate::image::{exr, png};
+use crate::image::part::Part;
+use crate::image::picture::{Origin, Picture};
 use crate::render::driver::{self, Control, Outcome, Progress};
 use crate::render::settings::Settings;
 use crate::scene::options::{
-    Antialias, Hash, Integrator, RenderTable, Resampling, Rule, SolverName,
+    Antialias, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, SolverName,
 };
 use crate::scene::{self, Scene};
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -30,6 +33,7 @@ Examples:
   photolathe render scenes/cup.toml --integrator path --spp 256 -o cup.exr
   photolathe render scenes/box.toml --time 30 -o box.png            as many passes as fit into 30 seconds
   photolathe render scenes/box.toml --reference truth.exr           the error after every pass, as CSV on stdout
+  photolathe render scenes/box.toml --integrator pppm --pass-range 0..32 -o a.part    some passes, for `merge`
 
 The same scene, settings, seed and number of passes give the same bytes on any number of threads.
 Ctrl-C ends the pass and writes the picture; a second Ctrl-C stops at once.")]
@@ -48,6 +52,10 @@ pub struct RenderArgs {
     /// Photon passes.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     pub passes: Option<u64>,
+    /// Only these passes, the first being 0, into a file that `merge` joins with the others: for photon mapping by a rule that does
+    /// not look at photons.
+    #[arg(long, value_name = "A..B", value_parser = pass_range)]
+    pub pass_range: Option<Range<u64>>,
     /// Start no further pass after this many seconds.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub time: Option<f64>,
@@ -57,12 +65,18 @@ pub struct RenderArgs {
     /// Share of new photons kept when the radius shrinks, in (0, 1].
     #[arg(long, value_parser = share)]
     pub alpha: Option<f64>,
-    /// First gather radius in world units (default: from the pixel footprint).
+    /// First gather radius in world units (default: three times the side of a pixel at the length of each camera path).
     #[arg(long, value_parser = positive)]
     pub radius: Option<f64>,
     /// How the radius shrinks.
     #[arg(long, value_enum)]
     pub rule: Option<Rule>,
+    /// How photons are found at hit points; never changes a byte.
+    #[arg(long, value_enum)]
+    pub index: Option<IndexName>,
+    /// How photons count by their distance.
+    #[arg(long, value_enum)]
+    pub kernel: Option<Kernel>,
     /// Antialiasing of whitted.
     #[arg(long, value_enum)]
     pub aa: Option<Antialias>,
@@ -104,7 +118,20 @@ pub struct RenderArgs {
     pub exposure: f64,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+/// Most passes of a render that is made in parts: radii are computed pass after pass, and the last must be reached soon.
+const MOST_PASSES: u64 = 1 << 30;
+
+fn pass_range(text: &str) -> Result<Range<u64>, String> {
+    let ends = text.split_once("..");
+    match ends.map(|(start, end)| (start.parse(), end.parse())) {
+        Some((Ok(start), Ok(end))) if start < end && end <= MOST_PASSES => Ok(start..end),
+        _ => Err(format!(
+            "expected two whole numbers as in 0..32, the first less than the second, which is at most {MOST_PASSES}"
+        )),
+    }
+}
+
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("expected a finite number > 0".to_owned()),
@@ -129,6 +156,8 @@ impl RenderArgs {
             alpha: self.alpha,
             radius: self.radius,
             rule: self.rule,
+            index: self.index,
+            kernel: self.kernel,
             aa: self.aa,
             hash: self.hash,
             pattern: self.pattern,
@@ -150,29 +179,61 @@ impl RenderArgs {
     }
 
     fn outputs(&self) -> anyhow::Result<Vec<PathBuf>> {
+        if let Some(range) = &self.pass_range {
+            return self.output_of_part(range);
+        }
         if self.out.is_empty() {
-            let stem = self
-                .scene
-                .file_stem()
-                .context("the scene needs a file name")?;
-            let base = Path::new("out").join(stem);
+            let base = self.default_output()?;
             return Ok(vec![base.with_extension("exr"), base.with_extension("png")]);
         }
-        for path in &self.out {
-            if !is(path, "exr") && !is(path, "png") {
-                bail!(
-                    "{}: expected a name that ends in .exr or .png",
-                    path.display()
-                );
-            }
-        }
+        pictures::check_names(&self.out)?;
         Ok(self.out.clone())
     }
-}
 
-fn is(path: &Path, extension: &str) -> bool {
-    path.extension()
-        .is_some_and(|found| found.eq_ignore_ascii_case(extension))
+    fn output_of_part(&self, range: &Range<u64>) -> anyhow::Result<Vec<PathBuf>> {
+        match &self.out[..] {
+            [] => {
+                let extension = format!("{}-{}.part", range.start, range.end);
+                Ok(vec![self.default_output()?.with_extension(extension)])
+            }
+            [path] if !pictures::is_picture(path) => Ok(vec![path.clone()]),
+            _ => bail!(
+                "--pass-range writes one part, not pictures: expected one -o with a name that does not end in .exr or .png"
+            ),
+        }
+    }
+
+    fn default_output(&self) -> anyhow::Result<PathBuf> {
+        let stem = self
+            .scene
+            .file_stem()
+            .context("the scene needs a file name")?;
+        Ok(Path::new("out").join(stem))
+    }
+
+    /// The settings, with the passes of `--pass-range` as the planned ones.
+    fn settings(&self, scene: &Scene) -> anyhow::Result<Settings> {
+        let mut settings = Settings::resolve(&self.table().or(&scene.render));
+        if let Some(range) = &self.pass_range {
+            if !settings.passes_are_independent() {
+                bail!(
+                    "--pass-range needs photon mapping by a rule that does not look at photons (--integrator pppm, or ppm or sppm \
+                     with --rule global, constant or geometric): by {:?} with rule {:?} passes cannot be made apart",
+                    settings.integrator,
+                    settings.rule
+                );
+            }
+            if let Some(passes) = self.passes.filter(|&passes| passes < range.end) {
+                bail!(
+                    "--pass-range {}..{} goes beyond --passes {passes}",
+                    range.start,
+                    range.end
+                );
+            }
+            settings.passes = range.end;
+        }
+        Ok(settings)
+    }
 }
 
 /// Runs `render`.
@@ -180,7 +241,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let start = Instant::now();
     let outputs = args.outputs()?;
     let scene = scene::file::load(&args.scene, &args.overrides())?;
-    let settings = Settings::resolve(&args.table().or(&scene.render));
+    let settings = args.settings(&scene)?;
     for note in ignored(args, settings.integrator) {
         eprintln!("photolathe: {note}");
     }
@@ -193,16 +254,6 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let render_start = Instant::now();
     let outcome = watch(args, &scene, &settings, reference.as_ref())?;
     let render_s = render_start.elapsed().as_secs_f64();
-
-    let picture = Picture::of_film(&outcome.film).described(&scene, &settings, outcome.passes);
-    for path in &outputs {
-        if is(path, "exr") {
-            exr::write(&picture, path)?;
-        } else {
-            png::write(&picture, args.exposure, path)?;
-        }
-        eprintln!("photolathe: wrote {}", path.display());
-    }
     if let Some(path) = &args.stats {
         let stats = statistics(&outcome, &settings, start.elapsed().as_secs_f64(), render_s);
         write_atomically(path, format!("{stats:#}\n").as_bytes())
@@ -215,13 +266,45 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
              thinner than the rounding of its place): they may have passed through it"
         );
     }
-    let bad = outcome.film.bad_samples();
-    if bad > 0 {
-        bail!(
-            "{bad} samples were NaN or infinite: the picture leaves them out and is not to be trusted"
-        );
-    }
+    write(args, &scene, settings, outcome, &outputs)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the pictures, or the part that `--pass-range` asks for.
+fn write(
+    args: &RenderArgs,
+    scene: &Scene,
+    settings: Settings,
+    outcome: Outcome,
+    outputs: &[PathBuf],
+) -> anyhow::Result<()> {
+    let origin = Origin::of(scene, &settings);
+    let film = match &args.pass_range {
+        None => {
+            let picture = Picture::of_film(&outcome.film).described(&origin, outcome.passes);
+            pictures::write(&picture, args.exposure, outputs)?;
+            outcome.film
+        }
+        Some(range) => {
+            // Less than asked for if time ran out.
+            let passes = range.start..range.start + outcome.passes;
+            let part = Part {
+                origin,
+                passes,
+                film: outcome.film,
+            };
+            for path in outputs {
+                part.write(path)?;
+                let Range { start, end } = part.passes;
+                eprintln!(
+                    "photolathe: wrote passes {start}..{end} to {}",
+                    path.display()
+                );
+            }
+            part.film
+        }
+    };
+    pictures::check_samples(&film)
 }
 
 /// Flags that the integrator in force has no use for.
@@ -241,6 +324,8 @@ fn ignored(args: &RenderArgs, integrator: Integrator) -> Vec<String> {
         ("--hash", args.hash.is_some(), whitted),
         ("--pattern", args.pattern.is_some(), whitted),
         ("--threshold", args.threshold.is_some(), whitted),
+        ("--index", args.index.is_some(), photon),
+        ("--kernel", args.kernel.is_some(), photon),
     ];
     let unused = flags.into_iter().filter(|&(_, given, used)| given && !used);
     unused
@@ -283,7 +368,8 @@ fn watch(
     if reference.is_some() {
         writeln!(out, "pass,render_s,mse,rmse,relmse")?;
     }
-    let outcome = driver::render(scene, settings, &mut |progress| {
+    let first = args.pass_range.as_ref().map_or(0, |range| range.start);
+    let outcome = driver::render_from(first, scene, settings, &mut |progress| {
         show(&bar, progress, settings);
         let error = reference
             .map(|reference| metrics::compare(&Picture::of_film(progress.film), reference));

@@ -1,8 +1,9 @@
-//! Pictures in files, and differences between pictures.
+//! Pictures and their parts in files, and differences between pictures.
 
 pub mod exr;
 pub mod file;
 pub mod metrics;
+pub mod part;
 pub mod picture;
 pub mod png;
 

@@ -3,6 +3,7 @@
 use crate::render::film::Film;
 use crate::render::settings::Settings;
 use crate::scene::{Rgb, Scene};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Linear RGB with optional statistics, as stored in an EXR file. Row 0 is the top.
@@ -20,6 +21,51 @@ pub struct Picture {
     pub samples: Option<Vec<f32>>,
     /// Text attributes of the header.
     pub attributes: BTreeMap<String, String>,
+}
+
+/// What decides a picture, besides the number of passes done.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Name and version of the program.
+    pub program_version: String,
+    /// Hash of the scene, [`Scene::hash`].
+    pub scene_hash: String,
+    /// Solver with its parameters.
+    pub solver: String,
+    /// Settings.
+    pub settings: Settings,
+}
+
+impl Origin {
+    /// The origin of the pictures that this program makes of a scene.
+    pub fn of(scene: &Scene, settings: &Settings) -> Self {
+        Self {
+            program_version: concat!("photolathe ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scene_hash: scene.hash.clone(),
+            solver: format!("{:?}", scene.solver),
+            settings: settings.clone(),
+        }
+    }
+
+    /// The first difference in words, the number of passes planned aside; `None` if a pass of one is a pass of the other.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let words = |origin: &Self| -> Vec<(String, String)> {
+            let mut words = vec![
+                ("program_version".to_owned(), origin.program_version.clone()),
+                ("scene_hash".to_owned(), origin.scene_hash.clone()),
+                ("solver".to_owned(), origin.solver.clone()),
+            ];
+            let settings = serde_json::to_value(&origin.settings);
+            if let Ok(serde_json::Value::Object(settings)) = settings {
+                let decisive = settings.into_iter().filter(|(name, _)| name != "passes");
+                words.extend(decisive.map(|(name, value)| (name, value.to_string())));
+            }
+            words
+        };
+        let mut pairs = words(self).into_iter().zip(words(other));
+        let ((name, mine), (_, theirs)) = pairs.find(|(mine, theirs)| mine != theirs)?;
+        Some(format!("{name} differs: {mine} against {theirs}"))
+    }
 }
 
 impl Picture {
@@ -42,22 +88,19 @@ impl Picture {
         }
     }
 
-    /// Notes in the header what decides the bytes: `settings` (JSON), `scene_hash`, `seed`, `solver`, `passes` done and
-    /// `program_version`; never threads, paths or times.
+    /// Notes in the header what decides the bytes: the origin's words, `settings` as JSON, the `seed` and the `passes` done; never
+    /// threads, paths or times.
     #[must_use]
-    pub fn described(mut self, scene: &Scene, settings: &Settings, passes: u64) -> Self {
-        let settings_json =
-            serde_json::to_string(settings).expect("settings are plain numbers and words");
+    pub fn described(mut self, origin: &Origin, passes: u64) -> Self {
+        let settings =
+            serde_json::to_string(&origin.settings).expect("settings are plain numbers and words");
         for (name, text) in [
-            ("settings", settings_json),
-            ("scene_hash", scene.hash.clone()),
-            ("seed", settings.seed.to_string()),
-            ("solver", format!("{:?}", scene.solver)),
+            ("settings", settings),
+            ("scene_hash", origin.scene_hash.clone()),
+            ("seed", origin.settings.seed.to_string()),
+            ("solver", origin.solver.clone()),
             ("passes", passes.to_string()),
-            (
-                "program_version",
-                concat!("photolathe ", env!("CARGO_PKG_VERSION")).to_owned(),
-            ),
+            ("program_version", origin.program_version.clone()),
         ] {
             self.attributes.insert(name.to_owned(), text);
         }

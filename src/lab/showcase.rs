@@ -3,7 +3,7 @@
 use super::contrast::Contrast;
 use super::experiment::Effort;
 use super::rendering::{Set, scene};
-use crate::image::picture::Picture;
+use crate::image::picture::{Origin, Picture};
 use crate::image::{exr, png};
 use crate::render::driver::{Control, render};
 use crate::render::settings::Settings;
@@ -97,7 +97,8 @@ impl Showpiece {
             Control::Continue
         })
         .with_context(|| self.name.to_owned())?;
-        let picture = Picture::of_film(&outcome.film).described(&scene, &settings, outcome.passes);
+        let picture = Picture::of_film(&outcome.film)
+            .described(&Origin::of(&scene, &settings), outcome.passes);
         let with = |ending: &str| format!("{}.{ending}", file.display());
         exr::write(&picture, Path::new(&with("exr")))?;
         png::write(&picture, 1.0, Path::new(&with("png")))?;

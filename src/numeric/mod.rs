@@ -1,4 +1,4 @@
-//! Numbers without pictures: keyed random numbers, polynomials, exact arithmetic, statistics, work counters.
+//! Numbers without pictures: keyed random numbers, polynomials, exact arithmetic, statistics, sums, work counters.
 
 pub mod clock;
 pub mod exact;
@@ -6,4 +6,5 @@ pub mod polynomial;
 pub mod rng;
 pub mod simd;
 pub mod statistics;
+pub mod sum;
 pub mod work;

@@ -5,7 +5,7 @@ use super::path::PathTracer;
 use super::photon::{Phases, PhotonMapper};
 use super::settings::Settings;
 use super::whitted::Whitted;
-use crate::numeric::clock::ThreadClock;
+use crate::numeric::clock::{ProcessClock, ThreadClock};
 use crate::numeric::work::Work;
 use crate::scene::Scene;
 use crate::scene::options::Integrator;
@@ -55,7 +55,7 @@ pub struct Outcome {
     pub work: Work,
     /// Passes done.
     pub passes: u64,
-    /// Seconds of each named phase.
+    /// CPU seconds of the process in each named phase.
     pub phases: Vec<(&'static str, f64)>,
     /// CPU seconds of the thread that makes the passes: of the whole render where the settings ask for one thread.
     pub thread_seconds: f64,
@@ -69,11 +69,22 @@ pub fn render(
     settings: &Settings,
     monitor: &mut (dyn FnMut(&Progress) -> Control + Send),
 ) -> Result<Outcome, RenderError> {
+    render_from(0, scene, settings, monitor)
+}
+
+/// The same without the passes before `first`, for settings under which a pass depends on no other
+/// ([`Settings::passes_are_independent`]). Passes planned and done are counted from `first` on.
+pub fn render_from(
+    first: u64,
+    scene: &Scene,
+    settings: &Settings,
+    monitor: &mut (dyn FnMut(&Progress) -> Control + Send),
+) -> Result<Outcome, RenderError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(settings.threads.unwrap_or(0))
         .build()
         .map_err(|error| RenderError::Threads(error.to_string()))?
-        .install(|| run(scene, settings, monitor))
+        .install(|| run(first, scene, settings, monitor))
 }
 
 /// Renders without watching.
@@ -116,6 +127,7 @@ impl<'a> Engine<'a> {
 }
 
 fn run(
+    first: u64,
     scene: &Scene,
     settings: &Settings,
     monitor: &mut (dyn FnMut(&Progress) -> Control + Send),
@@ -123,13 +135,13 @@ fn run(
     let start = Instant::now();
     let clock = ThreadClock::start();
     let mut engine = Engine::new(scene, settings)?;
-    let planned = engine.planned(settings);
+    let planned = engine.planned(settings).saturating_sub(first);
     let mut film = Film::new(scene.film);
     let mut work = Work::default();
     let mut phases = Phases::default();
     let mut done = 0;
     while done < planned {
-        work += engine.pass(done, &mut film, &mut phases);
+        work += engine.pass(first + done, &mut film, &mut phases);
         done += 1;
         let seconds = start.elapsed().as_secs_f64();
         let progress = Progress {
@@ -153,10 +165,10 @@ fn run(
     })
 }
 
-/// Runs `work` and adds its seconds to `phase`.
+/// Runs `work` and adds its CPU seconds to `phase`.
 pub(crate) fn timed<T>(phase: &mut f64, work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
+    let clock = ProcessClock::start();
     let result = work();
-    *phase += start.elapsed().as_secs_f64();
+    *phase += clock.seconds();
     result
 }

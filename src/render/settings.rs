@@ -1,10 +1,12 @@
 //! Resolved settings of a render.
 
-use crate::scene::options::{Antialias, Hash, Integrator, RenderTable, Resampling, Rule};
-use serde::Serialize;
+use crate::scene::options::{
+    Antialias, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule,
+};
+use serde::{Deserialize, Serialize};
 
 /// Everything that decides the bytes of a picture besides the scene, and the limits of the run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Integrator.
     pub integrator: Integrator,
@@ -20,6 +22,8 @@ pub struct Settings {
     pub radius: Option<f64>,
     /// Radius rule.
     pub rule: Rule,
+    /// Kernel.
+    pub kernel: Kernel,
     /// Antialiasing of `whitted`.
     pub aa: Antialias,
     /// What enters the path hash.
@@ -36,16 +40,30 @@ pub struct Settings {
     /// Threads; all cores if `None`. Never changes a byte.
     #[serde(skip)]
     pub threads: Option<usize>,
+    /// Index for gathering photons. Never changes a byte.
+    #[serde(skip)]
+    pub index: IndexName,
     /// Seconds after which no further pass starts.
     #[serde(skip)]
     pub time: Option<f64>,
 }
 
 impl Settings {
+    /// Whether a pass is a function of its number alone, so that passes may be rendered apart: photon mapping under a rule that
+    /// does not look at photons.
+    pub fn passes_are_independent(&self) -> bool {
+        let photons = matches!(
+            self.integrator,
+            Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
+        );
+        photons && !self.rule.looks_at_photons()
+    }
+
     /// The settings of a table, with defaults where it is silent.
     ///
     /// Defaults: `ppm` with 4 camera samples, 64 passes of 100 000 photons, α = 2/3; `path` with 64 samples; `whitted` with
-    /// one and path-hash antialiasing (3×3, by objects; thresholds: contrast .3, variance .1). With `time` alone, passes and samples are unlimited.
+    /// one and path-hash antialiasing (3×3, by objects; thresholds: contrast .3, variance .1); the disc as kernel. With `time`
+    /// alone, passes and samples are unlimited.
     pub fn resolve(table: &RenderTable) -> Self {
         let integrator = table.integrator.unwrap_or(Integrator::Ppm);
         let timed = table.time.is_some();
@@ -75,9 +93,11 @@ impl Settings {
                 Antialias::Variance => 0.1,
                 _ => 0.3,
             }),
+            kernel: table.kernel.unwrap_or(Kernel::Disc),
             seed: table.seed.unwrap_or(0),
             max_depth: table.max_depth,
             threads: table.threads,
+            index: table.index.unwrap_or_default(),
             time: table.time,
         }
     }

@@ -29,6 +29,48 @@ pub enum Rule {
     Global,
     /// Never.
     Constant,
+    /// r' = 0.95 r every pass, whatever alpha: shrinks so fast that the variance of the mean grows again. A negative control.
+    Geometric,
+    /// The same radii, but flux divided by r₁ r instead of r²: the picture dims pass by pass. A negative control.
+    GeometricAsCoded,
+}
+
+impl Rule {
+    /// Whether radii depend on the photons found: then every pass needs all passes before it.
+    pub fn looks_at_photons(self) -> bool {
+        self == Self::Local
+    }
+}
+
+/// How a photon counts by its distance from the hit point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kernel {
+    /// All alike within the radius.
+    Disc,
+    /// Falling with the square of the distance: 2 (1 − d²/r²).
+    Epanechnikov,
+    /// 6 (1 − d²/r²)(1 − 2 d²/r²), without second moment: bias ~ r⁴ on smooth parts; may read below 0.
+    FourthOrder,
+}
+
+/// Name of an index for gathering photons. The picture does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum IndexName {
+    /// Every photon against every hit point (slow).
+    Linear,
+    /// A kd-tree over the hit points, split at the widest axis.
+    Kdtree,
+    /// A kd-tree over the hit points, axes in turn as in the original.
+    KdtreeCycling,
+    /// A grid over the photons.
+    Grid,
+    /// A tree of sixteen-wide nodes over the hit points.
+    #[default]
+    Wide,
+    /// A tree of sixteen-wide nodes over the photons.
+    WidePhotons,
 }
 
 /// Antialiasing of the `whitted` renderer.
@@ -123,6 +165,10 @@ pub struct RenderTable {
     pub radius: Option<f64>,
     /// Radius rule.
     pub rule: Option<Rule>,
+    /// Index over hit points or photons.
+    pub index: Option<IndexName>,
+    /// Kernel.
+    pub kernel: Option<Kernel>,
     /// Antialiasing of `whitted`.
     pub aa: Option<Antialias>,
     /// What enters the path hash.
@@ -154,6 +200,8 @@ impl RenderTable {
             alpha: self.alpha.or(base.alpha),
             radius: self.radius.or(base.radius),
             rule: self.rule.or(base.rule),
+            index: self.index.or(base.index),
+            kernel: self.kernel.or(base.kernel),
             aa: self.aa.or(base.aa),
             hash: self.hash.or(base.hash),
             pattern: self.pattern.or(base.pattern),

@@ -4,9 +4,10 @@ use crate::scenes::*;
 use glam::DVec3;
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::render::film::Film;
+use photolathe::render::photon::arrivals::Arrival;
 use photolathe::render::photon::camera::HitPoint;
 use photolathe::render::photon::gather::{Gathered, accepts, radiance};
-use photolathe::render::photon::trace::{Arrival, trace};
+use photolathe::render::photon::trace::trace;
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
 use photolathe::scene::Rgb;
@@ -156,7 +157,7 @@ fn diffuse_bounces_follow_the_cosine() {
     let lights = vec![point_light(DVec3::ZERO, 1.0)];
     let photons = trace(&room(diffuse(0.5), Vec::new(), lights), 3, 0, 100_000, None);
     let chords: Vec<f64> = (1..photons.points.len())
-        .filter(|&i| photons.arrivals[i].events == photons.arrivals[i - 1].events + 1)
+        .filter(|&i| photons.arrivals.get(i).events == photons.arrivals.get(i - 1).events + 1)
         .map(|i| photons.points[i].distance_squared(photons.points[i - 1]))
         .collect();
     assert!(chords.len() > 90_000);

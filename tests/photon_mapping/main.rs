@@ -3,6 +3,7 @@
 
 mod acceptance;
 mod energy;
+mod kernels;
 mod limits;
 mod nadir;
 mod rooms;

@@ -2,7 +2,7 @@
 
 use super::Golden;
 use crate::image::metrics::{blocks, mean};
-use crate::image::picture::Picture;
+use crate::image::picture::{Origin, Picture};
 use crate::numeric::rng::mix;
 use crate::render::driver::render_unwatched;
 use crate::render::settings::Settings;
@@ -74,7 +74,8 @@ impl Subject {
         let outcome = render_unwatched(&self.scene, settings)?;
         let bad = outcome.film.bad_samples();
         ensure!(bad == 0, "{bad} samples were NaN or infinite");
-        Ok(Picture::of_film(&outcome.film).described(&self.scene, settings, outcome.passes))
+        Ok(Picture::of_film(&outcome.film)
+            .described(&Origin::of(&self.scene, settings), outcome.passes))
     }
 }
 

@@ -1,10 +1,9 @@
 //! Gathering: which photons count at a hit point, and what they are worth there.
 
+use super::arrivals::{Arrival, Arrivals};
 use super::camera::HitPoint;
-use super::trace::Arrival;
 use crate::scene::Rgb;
 use std::f64::consts::PI;
-use std::ops::AddAssign;
 
 /// What a hit point gathered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,13 +12,6 @@ pub struct Gathered {
     pub flux: Rgb,
     /// Number of photons.
     pub photons: u64,
-}
-
-impl AddAssign for Gathered {
-    fn add_assign(&mut self, other: Self) {
-        self.flux += other.flux;
-        self.photons += other.photons;
-    }
 }
 
 /// Whether a photon within the radius counts at a hit point: same object, same side of it, and not too many events in all.
@@ -34,20 +26,39 @@ pub fn accepts(hit_point: &HitPoint, photon: &Arrival, max_depth: Option<u32>) -
         })
 }
 
-/// Sums, in their order, the photons that the hit point accepts of those within its radius.
+/// Adds to what a hit point has gathered, in their order, the photons that it accepts of those within its radius, the flux of each
+/// times its weight.
 pub fn gather(
     hit_point: &HitPoint,
     within: &[u32],
-    arrivals: &[Arrival],
+    arrivals: &Arrivals,
     max_depth: Option<u32>,
+    mut gathered: Gathered,
+    weight: impl Fn(u32) -> f64,
 ) -> Gathered {
-    let mut gathered = Gathered::default();
+    // On flat surfaces, the most common, one comparison stands for those of objects and normals.
+    let surface = arrivals.surface(hit_point.object, hit_point.normal);
+    let most = max_depth.map_or(u32::MAX, |most| most.saturating_sub(hit_point.events));
     for &photon in within {
-        let photon = &arrivals[photon as usize];
-        if accepts(hit_point, photon, max_depth) {
-            gathered.flux += photon.flux;
-            gathered.photons += 1;
-        }
+        let flux = match arrivals.lies_on(photon, surface) {
+            Some(false) => continue,
+            Some(true) => {
+                let (flux, events) = arrivals.on_flat(photon);
+                if events >= most {
+                    continue;
+                }
+                flux
+            }
+            None => {
+                let arrival = arrivals.get(photon as usize);
+                if !accepts(hit_point, &arrival, max_depth) {
+                    continue;
+                }
+                arrival.flux
+            }
+        };
+        gathered.flux += flux * weight(photon);
+        gathered.photons += 1;
     }
     gathered
 }

@@ -12,6 +12,8 @@ pub mod grazing;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
+pub mod radius;
+pub mod regularity;
 pub mod solvers;
 pub mod watertight;
 
@@ -28,6 +30,8 @@ pub const ALL: &[Experiment] = &[
     watertight::EXPERIMENT,
     dose::EXPERIMENT,
     photons::EXPERIMENT,
+    radius::EXPERIMENT,
+    regularity::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,
     integrators::EXPERIMENT,

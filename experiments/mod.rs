@@ -15,6 +15,8 @@ pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
 pub mod scaling;
+pub mod radius;
+pub mod regularity;
 pub mod solvers;
 pub mod time_to_error;
 pub mod watertight;
@@ -36,6 +38,8 @@ pub const ALL: &[Experiment] = &[
     scaling::EXPERIMENT,
     time_to_error::EXPERIMENT,
     fresnel::EXPERIMENT,
+    radius::EXPERIMENT,
+    regularity::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,
     integrators::EXPERIMENT,

@@ -10,6 +10,7 @@ pub mod grade;
 pub mod inspect;
 pub mod intersect;
 pub mod rays;
+mod remarks;
 pub mod render;
 pub mod report;
 mod resources;

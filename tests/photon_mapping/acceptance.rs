@@ -124,6 +124,7 @@ fn photons_on_the_wrong_side_or_object_are_turned_away() {
 fn density_is_all_that_counts(estimate: impl Fn(&Gathered, f64, f64) -> Rgb) -> bool {
     let gathered = |photons: u64| Gathered {
         flux: Rgb::splat(photons as f64),
+        bias_flux: Rgb::ZERO,
         photons,
     };
     let one = estimate(&gathered(10), 1.0, 1000.0).x;

@@ -1,6 +1,7 @@
 //! Gathering: which photons count at a hit point, and what they are worth there.
 
 use super::camera::HitPoint;
+use super::error::bias_weight;
 use super::trace::Arrival;
 use crate::scene::Rgb;
 use std::f64::consts::PI;
@@ -11,6 +12,8 @@ use std::ops::AddAssign;
 pub struct Gathered {
     /// Sum of the flux of the photons, as [`Arrival::flux`].
     pub flux: Rgb,
+    /// The same, each times [`bias_weight`].
+    pub bias_flux: Rgb,
     /// Number of photons.
     pub photons: u64,
 }
@@ -18,6 +21,7 @@ pub struct Gathered {
 impl AddAssign for Gathered {
     fn add_assign(&mut self, other: Self) {
         self.flux += other.flux;
+        self.bias_flux += other.bias_flux;
         self.photons += other.photons;
     }
 }
@@ -34,18 +38,20 @@ pub fn accepts(hit_point: &HitPoint, photon: &Arrival, max_depth: Option<u32>) -
         })
 }
 
-/// Sums, in their order, the photons that the hit point accepts of those within its radius.
+/// Sums, in their order, the photons that the hit point accepts of those within its radius. `share` gives a photon's d²/r².
 pub fn gather(
     hit_point: &HitPoint,
     within: &[u32],
     arrivals: &[Arrival],
     max_depth: Option<u32>,
+    share: impl Fn(usize) -> f64,
 ) -> Gathered {
     let mut gathered = Gathered::default();
-    for &photon in within {
-        let photon = &arrivals[photon as usize];
+    for index in within.iter().map(|&index| index as usize) {
+        let photon = &arrivals[index];
         if accepts(hit_point, photon, max_depth) {
             gathered.flux += photon.flux;
+            gathered.bias_flux += bias_weight(share(index)) * photon.flux;
             gathered.photons += 1;
         }
     }
@@ -62,8 +68,24 @@ pub fn radiance(
     radius_squared: f64,
     emitted: f64,
 ) -> Rgb {
+    per_area(hit_point, gathered, gathered.flux, radius_squared, emitted)
+}
+
+/// The estimated bias of [`radiance`]: see [`error`](super::error).
+pub fn bias(hit_point: &HitPoint, gathered: &Gathered, radius_squared: f64, emitted: f64) -> Rgb {
+    let flux = gathered.bias_flux;
+    per_area(hit_point, gathered, flux, radius_squared, emitted)
+}
+
+fn per_area(
+    hit_point: &HitPoint,
+    gathered: &Gathered,
+    flux: Rgb,
+    radius_squared: f64,
+    emitted: f64,
+) -> Rgb {
     if gathered.photons == 0 {
         return Rgb::ZERO;
     }
-    hit_point.weight * gathered.flux / (PI * radius_squared * emitted)
+    hit_point.weight * flux / (PI * radius_squared * emitted)
 }

@@ -9,6 +9,7 @@
 //! A radius depends on earlier passes only, so a pass has exactly the bias of a disc of that radius.
 
 pub mod camera;
+pub mod error;
 pub mod gather;
 pub mod radius;
 pub mod trace;
@@ -22,6 +23,7 @@ use crate::numeric::work::Work;
 use crate::scene::options::{Integrator, Rule};
 use crate::scene::{Rgb, Scene};
 use camera::{HitPoint, Sampling, View};
+use error::Errors;
 use gather::Gathered;
 use radius::{Schedule, Statistics};
 use std::time::Instant;
@@ -46,6 +48,7 @@ pub struct PhotonMapper<'a> {
     schedule: Schedule,
     tree: Option<KdTree>,
     energy: Energy,
+    errors: Errors,
 }
 
 /// Seconds spent in each phase of the passes so far.
@@ -109,6 +112,7 @@ impl<'a> PhotonMapper<'a> {
                 schedule: Schedule::new(settings.rule, settings.alpha),
                 tree: None,
                 energy: Energy::default(),
+                errors: Errors::new(scene.film.width as usize * scene.film.height as usize),
             }),
         }
     }
@@ -148,6 +152,11 @@ impl<'a> PhotonMapper<'a> {
     /// What became of the light of all passes so far.
     pub fn energy(&self) -> &Energy {
         &self.energy
+    }
+
+    /// The estimated errors of the mean of all passes so far.
+    pub fn errors(&self) -> &Errors {
+        &self.errors
     }
 
     /// The hit points of the last pass.
@@ -257,6 +266,7 @@ impl<'a> PhotonMapper<'a> {
             ..
         } = *self.settings;
         let hit_points = &self.view.hit_points;
+        let radii_squared = &self.radii_squared;
         let mut sums = vec![Gathered::default(); hit_points.len()];
         let first = pass.wrapping_mul(photons);
         let mut done = 0;
@@ -276,7 +286,11 @@ impl<'a> PhotonMapper<'a> {
 
             let clock = Instant::now();
             let gather = |item: usize, within: &[u32]| {
-                gather::gather(&hit_points[item], within, &arrivals, max_depth)
+                let hit_point = &hit_points[item];
+                let share = |photon: usize| {
+                    points[photon].distance_squared(hit_point.point) / radii_squared[item]
+                };
+                gather::gather(hit_point, within, &arrivals, max_depth, share)
             };
             for (sum, more) in sums.iter_mut().zip(tree.join(&points, &gather, work)) {
                 *sum += more;
@@ -289,14 +303,17 @@ impl<'a> PhotonMapper<'a> {
     }
 
     /// Adds the pass's sample to every pixel: emission, and the hit points in their order.
-    fn add_to(&self, film: &mut Film, gathered: &[Gathered]) {
+    fn add_to(&mut self, film: &mut Film, gathered: &[Gathered]) {
         let emitted = self.settings.photons as f64;
         let mut samples = self.view.emission.clone();
+        let mut biases = vec![Rgb::ZERO; samples.len()];
         let radii = self.view.hit_points.iter().zip(&self.radii_squared);
         for ((hit_point, radius_squared), gathered) in radii.zip(gathered) {
-            samples[hit_point.pixel as usize] +=
-                gather::radiance(hit_point, gathered, *radius_squared, emitted);
+            let pixel = hit_point.pixel as usize;
+            samples[pixel] += gather::radiance(hit_point, gathered, *radius_squared, emitted);
+            biases[pixel] += gather::bias(hit_point, gathered, *radius_squared, emitted);
         }
+        self.errors.add(&samples, &biases);
         for (pixel, sample) in film.pixels_mut().iter_mut().zip(samples) {
             pixel.add(sample);
         }

@@ -114,6 +114,12 @@ fn reference(letter: &str) -> anyhow::Result<Reference> {
         .ok_or_else(|| anyhow::anyhow!("the reference has no scene {letter}"))
 }
 
+/// Mean radiance of the blocks of the reference of this letter, row by row from the top.
+pub(super) fn block_means(letter: &str) -> anyhow::Result<Vec<f64>> {
+    let blocks = reference(letter)?.mean;
+    Ok(blocks.into_iter().flatten().map(grey).collect())
+}
+
 fn plan(_: Effort) -> Vec<Run> {
     let of = |scene: &Subjected, method: &Method| {
         grid([

@@ -4,6 +4,8 @@ pub mod agreement;
 pub mod analytic;
 pub mod basins;
 pub mod bounds;
+pub mod caustic;
+pub mod coverage;
 pub mod cup;
 pub mod dose;
 pub mod eps;
@@ -29,6 +31,8 @@ pub const ALL: &[Experiment] = &[
     dose::EXPERIMENT,
     photons::EXPERIMENT,
     analytic::EXPERIMENT,
+    caustic::EXPERIMENT,
+    coverage::EXPERIMENT,
     agreement::EXPERIMENT,
     integrators::EXPERIMENT,
     formula_audit::EXPERIMENT,

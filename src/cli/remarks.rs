@@ -17,7 +17,8 @@ pub(super) fn on(scene: &Scene, settings: &Settings) -> Vec<String> {
     if scene.lights.dark() && scene.background == Rgb::ZERO {
         remarks.push("the scene has no light of any power: the picture will be black".to_owned());
     } else if by_photons && settings.photons == 0 {
-        let remark = "no photons are sent: only lamps seen directly, in mirrors or through glass will show";
+        let remark =
+            "no photons are sent: only lamps seen directly, in mirrors or through glass will show";
         remarks.push(remark.to_owned());
     }
     let lights = scene.lights.all().iter();

@@ -31,7 +31,8 @@ material = "glass"
 const WITHIN: &str = "[[point_light]]\nposition = [0, 1, 0.1]\nintensity = [1, 1, 1]\n";
 const ABOVE: &str = "[[point_light]]\nposition = [0, 3, 1]\nintensity = [1, 1, 1]\n";
 const DARK: &str = "[[point_light]]\nposition = [0, 3, 1]\nintensity = [0, 0, 0]\n";
-const BULB: &str = "[[sphere]]\nname = \"bulb\"\ncenter = [0, 1, 0]\nradius = 0.1\nmaterial = \"bulb\"\n";
+const BULB: &str =
+    "[[sphere]]\nname = \"bulb\"\ncenter = [0, 1, 0]\nradius = 0.1\nmaterial = \"bulb\"\n";
 
 /// What `render` left: the largest value of the picture, and what it said on stderr.
 struct Left {
@@ -45,7 +46,9 @@ fn render(more: &str, arguments: &[&str]) -> Left {
     let file = |name: &str| folder.path().join(name).display().to_string();
     let [scene, picture, stats] = ["scene.toml", "picture.exr", "stats.json"].map(file);
     std::fs::write(&scene, format!("{BASE}{more}")).expect("the scene is written");
-    let base = ["render", &scene, "-o", &picture, "--stats", &stats, "--passes", "3"];
+    let base = [
+        "render", &scene, "-o", &picture, "--stats", &stats, "--passes", "3",
+    ];
     let done = Command::new(env!("CARGO_BIN_EXE_photolathe"))
         .args([&base[..], arguments].concat())
         .output()
@@ -54,7 +57,12 @@ fn render(more: &str, arguments: &[&str]) -> Left {
     assert_eq!(done.status.code(), Some(0), "{said}");
     let pixels = exr::read(picture.as_ref()).expect("a picture").rgb;
     assert_eq!(pixels.len(), 48);
-    assert!(pixels.iter().flatten().all(|value| value.is_finite() && *value >= 0.0));
+    assert!(
+        pixels
+            .iter()
+            .flatten()
+            .all(|value| value.is_finite() && *value >= 0.0)
+    );
     let stats = std::fs::read_to_string(stats).expect("counters");
     let stats: Value = serde_json::from_str(&stats).expect("JSON");
     assert_eq!(stats["bad_samples"], 0);
@@ -83,7 +91,11 @@ fn p13_scenes_without_light_give_a_black_picture_and_a_remark() {
         for light in ["", DARK] {
             let left = render(light, &["--integrator", method]);
             assert_eq!(left.brightest, 0.0);
-            assert!(left.said.contains("the scene has no light"), "{}", left.said);
+            assert!(
+                left.said.contains("the scene has no light"),
+                "{}",
+                left.said
+            );
         }
     }
 }
@@ -95,7 +107,10 @@ fn p11_a_light_inside_glass_lights_the_floor_by_photons_and_is_remarked_on() {
             let left = render(light, &["--integrator", method, "--photons", "20000"]);
             assert!(left.brightest > 0.0);
             let said = &left.said;
-            assert!(said.contains(named) && said.contains("inside the glass of \"ball\""), "{said}");
+            assert!(
+                said.contains(named) && said.contains("inside the glass of \"ball\""),
+                "{said}"
+            );
         }
     }
     let left = render(WITHIN, &["--integrator", "path"]);

@@ -84,7 +84,7 @@ fn plan(_: Effort) -> Vec<Run> {
         run(BEFORE, "constant", 0.02, 5000, 8),
     ];
     for rule in ["constant", "global"] {
-        for passes in [1, 2, 4, 8, 16, 32] {
+        for passes in [1, 2, 4, 8, 16] {
             runs.push(run(BEHIND, rule, SWEEP_RADIUS, SWEEP_PHOTONS, passes));
         }
     }

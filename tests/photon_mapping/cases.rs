@@ -8,15 +8,17 @@ use photolathe::render::photon::radius::{Schedule, Statistics};
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
 use photolathe::scene::light::Light;
+use photolathe::scene::material::Side;
 use photolathe::scene::options::{Integrator, Rule};
-use photolathe::scene::{Rgb, Scene};
+use photolathe::scene::{FilmSize, Rgb, Scene};
 use std::f64::consts::PI;
 
-/// A beam so thin that every photon meets the floor at the origin, the one point that the camera sees.
+/// A beam so thin that every photon meets the floor at the one point that the camera sees. (At the origin there were no rounding, and so
+/// no least radius.)
 fn needle() -> Scene {
-    let down = camera(0.5 * DVec3::Y, DVec3::ZERO, 1e-200);
+    let down = camera(DVec3::new(1.0, 0.5, 0.0), DVec3::X, 1e-200);
     let beam = Light::Beam {
-        center: DVec3::Y,
+        center: DVec3::X + DVec3::Y,
         direction: -DVec3::Y,
         radius: 1e-100,
         irradiance: Rgb::splat(1e200),
@@ -121,7 +123,7 @@ fn p4_without_alpha_the_radius_falls_to_nothing_and_the_variance_stays() {
         .map(|i| nadir_pass(RADIUS * RADIUS / i as f64, 500.0).1 / (passes * passes) as f64)
         .sum();
     let (_, one) = nadir_pass(RADIUS * RADIUS, 500.0);
-    assert!((expected / one / (17.0 / 32.0) - 1.0).abs() < 0.05);
+    assert!((expected / one / (17.0 / 32.0) - 1.0).abs() < 0.1);
     let ratio = sample_variance(&means) / expected;
     assert!(
         (ratio - 1.0).abs() < 6.0 * (2.0_f64 / 199.0).sqrt(),
@@ -198,7 +200,7 @@ fn p14_counts_beyond_32_bits_and_sums_beyond_53_stay_right() {
     assert_eq!(last, statistics);
 }
 
-/// The variance of means over 16 passes is a sixteenth of one pass's: 60 means, seen to a factor 2.1.
+/// The variance of means over 4 passes is a quarter of one pass's: 240 means, seen to a factor 1.6.
 fn averages_its_noise_away(pass_number: impl Fn(u64) -> u64) -> bool {
     let scene = nadir(0.5);
     let settings = one_sample(Integrator::Sppm, Rule::Constant, 1.0, 500);
@@ -210,8 +212,8 @@ fn averages_its_noise_away(pass_number: impl Fn(u64) -> u64) -> bool {
     };
     let found: Vec<f64> = (0..960).map(read).collect();
     let (_, variance) = nadir_pass(RADIUS * RADIUS, 500.0);
-    let ratio = sample_variance(&batches(&found, 16)) / (variance / 16.0);
-    (ratio - 1.0).abs() < 6.0 * (2.0_f64 / 59.0).sqrt()
+    let ratio = sample_variance(&batches(&found, 4)) / (variance / 4.0);
+    (ratio - 1.0).abs() < 6.0 * (2.0_f64 / 239.0).sqrt()
 }
 
 /// Also M26, and the trap of a seed that repeats after some passes.
@@ -220,4 +222,84 @@ fn p15_passes_draw_photons_of_their_own_and_reseeded_passes_are_found_out() {
     assert!(averages_its_noise_away(|pass| pass));
     assert!(!averages_its_noise_away(|_| 0));
     assert!(!averages_its_noise_away(|pass| pass / 4));
+}
+
+/// Variance of the mean over n passes of the global rule over that of one pass, if that is as 1/r².
+fn variance_of_the_mean(passes: u64, alpha: f64) -> f64 {
+    let mut schedule = Schedule::new(Rule::Global, alpha);
+    let sum: f64 = (0..passes).map(|pass| schedule.shrink(pass).recip()).sum();
+    sum / (passes * passes) as f64
+}
+
+/// The trap of means over pixels: a pixel that jitters over the edge of a lamp has the variance 1/n, whatever the others do. The
+/// median pixel shows the law, the mean over the pixels the lamp. 150 pictures; ln of the ratio to a standard score of 2 a pixel.
+#[test]
+fn the_edge_of_a_lamp_hides_the_law_of_the_variance_from_means_but_not_from_medians() {
+    // A strip that covers half of the last pixel and little else.
+    let lamp = quad(
+        DVec3::new(0.88, 0.01, 0.15),
+        0.2 * DVec3::X,
+        -0.3 * DVec3::Z,
+    );
+    let scene = Scene {
+        film: FilmSize {
+            width: 9,
+            height: 1,
+        },
+        ..scene(
+            1,
+            camera(DVec3::new(0.0, 3.0, 0.0), DVec3::ZERO, 4.2),
+            vec![
+                (floor(), diffuse(0.5)),
+                (lamp, glowing(500.0, Side::Front, plain())),
+            ],
+            vec![point_light(2.0 * DVec3::Y, 100.0)],
+        )
+    };
+    let pictures: Vec<[Vec<f64>; 2]> = (0..150)
+        .map(|seed| {
+            let settings = Settings {
+                seed,
+                ..one_sample(Integrator::Pppm, Rule::Global, 2.0 / 3.0, 100)
+            };
+            let mut mapper = PhotonMapper::new(&scene, &settings).expect("a scene for photons");
+            let mut film = Film::new(scene.film);
+            [0..4, 4..32].map(|passes| {
+                passes.for_each(|pass| {
+                    mapper.pass(pass, &mut film, &mut Phases::default());
+                });
+                film.pixels().iter().map(|pixel| pixel.mean().x).collect()
+            })
+        })
+        .collect();
+    let variances = [0, 1].map(|level| {
+        let of = |pixel: usize| {
+            let values: Vec<f64> = pictures
+                .iter()
+                .map(|picture| picture[level][pixel])
+                .collect();
+            sample_variance(&values)
+        };
+        (0..9).map(of).collect::<Vec<f64>>()
+    });
+    let mut ratios: Vec<f64> = (0..9).map(|i| variances[0][i] / variances[1][i]).collect();
+    ratios.sort_by(f64::total_cmp);
+    let [early, late] = variances.map(|level| level.iter().sum::<f64>());
+    let law = variance_of_the_mean(4, 2.0 / 3.0) / variance_of_the_mean(32, 2.0 / 3.0);
+    let follows_the_law =
+        |ratio: f64| libm::log(ratio / law).abs() < 2.0 * (4.0_f64 / 149.0).sqrt();
+    assert!(follows_the_law(ratios[4]), "{} {law}", ratios[4]);
+    assert!(!follows_the_law(early / late), "{} {law}", early / late);
+}
+
+/// The trap of a reference of its own: with α = 0.7, a run of a hundred times the passes still has a quarter of the bias. So bias is measured
+/// against closed forms here.
+#[test]
+fn a_long_run_of_its_own_is_no_truth_for_the_bias() {
+    let bias = |passes: u64| {
+        let mut schedule = Schedule::new(Rule::Global, 0.7);
+        (0..passes).map(|pass| schedule.shrink(pass)).sum::<f64>() / passes as f64
+    };
+    let kept = bias(6400) / bias(64);
+    assert!((kept - 0.25).abs() < 0.03, "{kept}");
 }

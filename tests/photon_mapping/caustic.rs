@@ -14,6 +14,17 @@ const RINGS: [f64; 17] = [
     0.0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.3, 2.0,
 ];
 
+/// The rings for a way; light that is reflected on its way spreads wide.
+fn rings(way: Way) -> [f64; 17] {
+    RINGS.map(|ring| {
+        if way == Way::Through(0) {
+            ring
+        } else {
+            4.0 * ring
+        }
+    })
+}
+
 /// Photons of a beam as wide as the ball, on a floor that reflects next to nothing.
 fn photons(ball: &Ball) -> Photons {
     let ground = quad(
@@ -38,30 +49,28 @@ fn photons(ball: &Ball) -> Photons {
     trace(&scene, 6, 0, PHOTONS, None)
 }
 
-/// Whether the photons that came on a way lie in the rings as predicted, by χ² at 10⁻⁶. The last of the bins holds all the others.
+/// Whether the photons that came on a way lie in the rings as predicted, by χ² at 10⁻⁶. Rings that expect fewer than 10 photons, and
+/// all that is not in a ring, are one bin.
 fn lie_as_predicted(photons: &Photons, predicted: &Ball, way: Way) -> bool {
-    let share = |ring: &[f64]| predicted.share_between(way, ring[0], ring[1]);
-    let mut expected: Vec<f64> = RINGS.windows(2).map(share).collect();
-    expected.push(1.0 - expected.iter().sum::<f64>());
-    let mut observed = vec![0; RINGS.len() - 1];
+    let rings = rings(way);
     let on_way = photons.arrivals.iter().zip(&photons.points);
-    for (_, point) in on_way.filter(|(arrival, _)| arrival.events == way.events()) {
-        let distance = libm::hypot(point.x, point.z);
-        if let Some(ring) = RINGS
-            .windows(2)
-            .position(|ring| (ring[0]..ring[1]).contains(&distance))
-        {
-            observed[ring] += 1;
+    let distances: Vec<f64> = on_way
+        .filter(|(arrival, _)| arrival.events == way.events())
+        .map(|(_, point)| libm::hypot(point.x, point.z))
+        .collect();
+    let (mut observed, mut expected) = (Vec::new(), Vec::new());
+    for ring in rings.windows(2) {
+        let share = predicted.share_between(way, ring[0], ring[1]);
+        if share * PHOTONS as f64 >= 10.0 {
+            expected.push(share * PHOTONS as f64);
+            let within = distances.iter().filter(|&d| (ring[0]..ring[1]).contains(d));
+            observed.push(within.count() as u64);
         }
     }
     observed.push(PHOTONS - observed.iter().sum::<u64>());
-    let (observed, expected): (Vec<u64>, Vec<f64>) = observed
-        .into_iter()
-        .zip(expected)
-        .map(|(observed, share)| (observed, share * PHOTONS as f64))
-        .filter(|&(observed, expected)| observed > 5 || expected > 5.0)
-        .unzip();
-    expected.len() > 4 && chi_square(&observed, &expected, 0).p > 1e-6
+    expected.push(PHOTONS as f64 - expected.iter().sum::<f64>());
+    assert!(expected.len() > 4);
+    chi_square(&observed, &expected, 0).p > 1e-6
 }
 
 /// Behind the focus and before it, where the light has a fold and crosses the axis: straight through, after two inner reflections, and

@@ -55,7 +55,7 @@ impl Tally {
         if self.count < 2.0 {
             return f64::NAN;
         }
-        squares.max(0.0) / (self.count * (self.count - 1.0))
+        squares / (self.count * (self.count - 1.0))
     }
 
     /// Mean reading: the pixel.
@@ -87,7 +87,8 @@ impl Tally {
     }
 
     fn around(&self, center: f64, squares: f64, confidence: f64) -> (f64, f64) {
-        let error = self.variance(squares).sqrt();
+        // Rounding may take the square of a difference below 0.
+        let error = self.variance(squares.max(0.0)).sqrt();
         if error.is_nan() {
             return (f64::NAN, f64::NAN);
         }
@@ -144,7 +145,8 @@ impl Errors {
         let sum = |of: fn(&Tally) -> f64| self.tallies.iter().map(of).sum::<f64>();
         let n = self.tallies.len() as f64;
         let mean = sum(Tally::reading) / n;
-        let share = |square: f64| (square.max(0.0) / n).sqrt() / mean;
+        // Not `max`, which would take 0 for the NaN of a single pass.
+        let share = |square: f64| (if square < 0.0 { 0.0 } else { square } / n).sqrt() / mean;
         let summary = Summary {
             noise: share(sum(Tally::noise_squared)),
             bias: share(sum(Tally::bias_squared)),

@@ -5,6 +5,8 @@ pub mod analytic;
 pub mod antialias;
 pub mod basins;
 pub mod bounds;
+pub mod caustic;
+pub mod coverage;
 pub mod cup;
 pub mod dose;
 pub mod eps;
@@ -14,9 +16,9 @@ pub mod grazing;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
-pub mod scaling;
 pub mod radius;
 pub mod regularity;
+pub mod scaling;
 pub mod solvers;
 pub mod time_to_error;
 pub mod watertight;
@@ -41,6 +43,8 @@ pub const ALL: &[Experiment] = &[
     radius::EXPERIMENT,
     regularity::EXPERIMENT,
     analytic::EXPERIMENT,
+    caustic::EXPERIMENT,
+    coverage::EXPERIMENT,
     agreement::EXPERIMENT,
     integrators::EXPERIMENT,
     formula_audit::EXPERIMENT,

@@ -150,7 +150,11 @@ fn exponent(rows: &[Row], receivers: &str, edge: &str, effort: Effort, precision
         let of = |row: &&Row| {
             let relative = row.bias2_error / row.predicted_bias2;
             let log = libm::log(row.predicted_bias2) + value(row) / row.predicted_bias2 - 1.0;
-            let width = if receivers == "points" { 1.0 } else { row.width };
+            let width = if receivers == "points" {
+                1.0
+            } else {
+                row.width
+            };
             let (x, y) = (
                 libm::log(row.r1 / width),
                 log - (2.0 * row.s + 1.0) * libm::log(width),

@@ -2,6 +2,7 @@
 
 use super::parse_override;
 use super::pictures;
+use super::remarks;
 use super::resources;
 use crate::image::exr;
 use crate::image::file::write_atomically;
@@ -9,6 +10,7 @@ use crate::image::metrics::{self, Comparison};
 use crate::image::part::Part;
 use crate::image::picture::{Origin, Picture};
 use crate::render::driver::{self, Control, Outcome, Progress};
+use crate::render::photon::error::{Errors, Summary};
 use crate::render::settings::Settings;
 use crate::scene::options::{
     Antialias, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, SolverName,
@@ -242,7 +244,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let outputs = args.outputs()?;
     let scene = scene::file::load(&args.scene, &args.overrides())?;
     let settings = args.settings(&scene)?;
-    for note in ignored(args, settings.integrator) {
+    let remarks = remarks::on(&scene, &settings);
+    for note in ignored(args, settings.integrator).iter().chain(&remarks) {
         eprintln!("photolathe: {note}");
     }
     let reference = args
@@ -258,6 +261,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         let stats = statistics(&outcome, &settings, start.elapsed().as_secs_f64(), render_s);
         write_atomically(path, format!("{stats:#}\n").as_bytes())
             .with_context(|| path.display().to_string())?;
+    }
+    if let Some(summary) = outcome.errors.as_ref().and_then(Errors::summary) {
+        eprintln!("photolathe: {}", estimated(summary));
     }
     let unseparated = outcome.work.unseparated;
     if unseparated > 0 {
@@ -426,11 +432,24 @@ fn show(bar: &ProgressBar, progress: &Progress, settings: &Settings) {
             (limit - progress.seconds).max(0.0)
         )
     });
+    let error = progress.errors.and_then(Errors::summary);
+    let error = error.map_or(String::new(), |summary| {
+        format!(", error {:.2} %", 100.0 * summary.total())
+    });
     bar.set_message(format!(
-        "{:.2} M rays/s{left}",
+        "{:.2} M rays/s{error}{left}",
         rays as f64 / progress.seconds / 1e6
     ));
     bar.set_position(progress.done);
+}
+
+fn estimated(Summary { noise, bias }: Summary) -> String {
+    format!(
+        "estimated error {:.2} % of the mean radiance (root mean square over pixels; noise {:.2} %, bias of the radius {:.2} %)",
+        100.0 * libm::hypot(noise, bias),
+        100.0 * noise,
+        100.0 * bias
+    )
 }
 
 fn style(template: &str) -> ProgressStyle {
@@ -449,6 +468,7 @@ fn statistics(
         .map(|&(name, seconds)| (name.to_owned(), seconds.into()))
         .collect();
     let used = resources::used();
+    let error = outcome.errors.as_ref().and_then(Errors::summary);
     serde_json::json!({
         "wall_s": wall_s,
         "cpu_s": used.cpu_s,
@@ -458,6 +478,8 @@ fn statistics(
         "passes": outcome.passes,
         "peak_bytes": used.peak_bytes,
         "bad_samples": outcome.film.bad_samples(),
+        "estimated_noise": error.map(|summary| summary.noise),
+        "estimated_bias": error.map(|summary| summary.bias),
         "phases": phases,
         "counters": outcome.work,
     })

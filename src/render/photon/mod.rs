@@ -10,6 +10,7 @@
 
 pub mod arrivals;
 pub mod camera;
+pub mod error;
 pub mod gather;
 pub mod kernel;
 pub mod radius;
@@ -25,6 +26,7 @@ use crate::numeric::work::Work;
 use crate::scene::options::{Integrator, Kernel, Rule};
 use crate::scene::{Rgb, Scene};
 use camera::{HitPoint, Sampling, View};
+use error::Errors;
 use gather::Gathered;
 use glam::DVec3;
 use radius::{Schedule, Statistics};
@@ -56,6 +58,7 @@ pub struct PhotonMapper<'a> {
     energy: Energy,
     /// Most photons that lay in memory together.
     most_photons: usize,
+    errors: Errors,
 }
 
 /// CPU seconds of the process, all threads, in each phase of the passes so far.
@@ -120,6 +123,7 @@ impl<'a> PhotonMapper<'a> {
                 index: None,
                 energy: Energy::default(),
                 most_photons: 0,
+                errors: Errors::new(scene.film.width as usize * scene.film.height as usize),
             }),
         }
     }
@@ -159,6 +163,11 @@ impl<'a> PhotonMapper<'a> {
     /// What became of the light of all passes so far.
     pub fn energy(&self) -> &Energy {
         &self.energy
+    }
+
+    /// The estimated errors of the mean of all passes so far.
+    pub fn errors(&self) -> &Errors {
+        &self.errors
     }
 
     /// The hit points of the last pass.
@@ -298,15 +307,21 @@ impl<'a> PhotonMapper<'a> {
             } = photons;
             let gather = |item: usize, within: &[u32]| {
                 let (hit_point, so_far) = (&hit_points[item], sums[item]);
-                let weight = |photon: u32| {
-                    let at = points[photon as usize];
-                    kernel.weight(at.distance_squared(hit_point.point) / radii_squared[item])
+                let share = |photon: u32| {
+                    points[photon as usize].distance_squared(hit_point.point) / radii_squared[item]
                 };
                 match kernel {
                     Kernel::Disc => {
-                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, |_| 1.0)
+                        let look = |photon| (1.0, share(photon));
+                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
                     }
-                    _ => gather::gather(hit_point, within, &arrivals, max_depth, so_far, weight),
+                    _ => {
+                        let look = |photon| {
+                            let share = share(photon);
+                            (kernel.weight(share), share)
+                        };
+                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
+                    }
                 }
             };
             let reached = index.join(&points, &gather, work);
@@ -324,16 +339,21 @@ impl<'a> PhotonMapper<'a> {
     }
 
     /// Adds the pass's sample to every pixel: emission, and the hit points in their order.
-    fn add_to(&self, film: &mut Film, gathered: &[Gathered]) {
+    fn add_to(&mut self, film: &mut Film, gathered: &[Gathered]) {
         let emitted = self.settings.photons as f64;
         let mut samples = self.view.emission.clone();
+        let mut biases = vec![Rgb::ZERO; samples.len()];
+        // What is gathered estimates the bias of the disc, (r²/8) ∇²E; the kernel's is (r²/4) ∫sw ∇²E.
+        let share = 2.0 * self.settings.kernel.moment(1);
         let radii = self.view.hit_points.iter().zip(&self.radii_squared);
         for ((hit_point, radius_squared), gathered) in radii.zip(gathered) {
             let rule = self.settings.rule;
             let square = rule.divisor(hit_point.first_radius_squared, *radius_squared);
-            samples[hit_point.pixel as usize] +=
-                gather::radiance(hit_point, gathered, square, emitted);
+            let pixel = hit_point.pixel as usize;
+            samples[pixel] += gather::radiance(hit_point, gathered, square, emitted);
+            biases[pixel] += share * gather::bias(hit_point, gathered, square, emitted);
         }
+        self.errors.add(&samples, &biases);
         for (pixel, sample) in film.pixels_mut().iter_mut().zip(samples) {
             pixel.add(sample);
         }

@@ -20,6 +20,7 @@ use clap::ValueEnum as _;
 use compare::{Nearest, all, ours, revolve, same, specimen, tolerance, truth};
 use glam::DVec3;
 use photolathe::geometry::hit::Crossing;
+use photolathe::geometry::profile::Profile;
 use photolathe::geometry::profile::Piece;
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver};

@@ -9,6 +9,7 @@ pub mod dose;
 pub mod eps;
 pub mod formula_audit;
 pub mod grazing;
+pub mod index;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
@@ -28,6 +29,7 @@ pub const ALL: &[Experiment] = &[
     watertight::EXPERIMENT,
     dose::EXPERIMENT,
     photons::EXPERIMENT,
+    index::EXPERIMENT,
     analytic::EXPERIMENT,
     agreement::EXPERIMENT,
     integrators::EXPERIMENT,

@@ -13,6 +13,7 @@ pub mod eps;
 pub mod formula_audit;
 pub mod fresnel;
 pub mod grazing;
+pub mod index;
 pub mod integrators;
 pub mod newton_seeds;
 pub mod photons;
@@ -42,6 +43,7 @@ pub const ALL: &[Experiment] = &[
     fresnel::EXPERIMENT,
     radius::EXPERIMENT,
     regularity::EXPERIMENT,
+    index::EXPERIMENT,
     analytic::EXPERIMENT,
     caustic::EXPERIMENT,
     coverage::EXPERIMENT,

@@ -1,27 +1,30 @@
 //! Plots of `radius`.
 
-use super::conclusion::{Row, Value, constant, of_budget};
+use super::conclusion::{Row, constant, of_budget};
 use super::{ALPHAS, BUDGET};
 use crate::lab::plot::{Axis, Plot, Series};
 
+/// Measured values with 95 % intervals and their closed forms against passes; `value` gives both and the standard error.
 pub(super) fn passes_plot(
     title: &str,
     label: &str,
     curves: &[(f64, Vec<&Row>)],
-    value: Value,
+    value: fn(&Row) -> [f64; 3],
 ) -> Plot {
     let mut series = Vec::new();
     for (alpha, rows) in curves {
-        let along = |pick: fn((f64, f64)) -> f64| {
-            rows.iter().map(move |row| (row.passes, pick(value(row))))
+        let along = |column: usize| rows.iter().map(move |row| (row.passes, value(row)[column]));
+        let interval = |row: &&Row| {
+            let [measured, _, error] = value(row);
+            (measured - 1.96 * error, measured + 1.96 * error)
         };
-        series.push(Series::measured(
-            format!("α = {alpha:.3}"),
-            along(|pair| pair.0),
-        ));
+        series.push(
+            Series::measured(format!("α = {alpha:.3}"), along(0))
+                .with_intervals(rows.iter().map(interval)),
+        );
         series.push(Series::predicted(
             format!("α = {alpha:.3}, closed form"),
-            along(|pair| pair.1),
+            along(1),
         ));
     }
     Plot::new(title, Axis::log("passes"), Axis::log(label), series)
@@ -41,10 +44,6 @@ pub(super) fn rules_plot<'a>(
     for (name, rows) in [
         ("pppm, disc", levels("pppm", "disc", two_thirds)),
         ("sppm, disc", levels("sppm", "disc", two_thirds)),
-        (
-            "pppm, epanechnikov",
-            levels("pppm", "epanechnikov", two_thirds),
-        ),
         (
             "pppm, fourth-order, α = .8",
             levels("pppm", "fourth-order", 0.8),

@@ -386,3 +386,54 @@ fn best_plot(best: &[(f64, f64)]) -> Plot {
         ],
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{execute, plan};
+    use super::*;
+    use crate::lab::claim::Verdict;
+    use crate::lab::experiment::{Run, Value};
+
+    /// At smoke effort nothing fails; a squared bias that is wrong by a factor, or goes as another power, does.
+    #[test]
+    fn a_wrong_square_or_power_of_the_bias_fails_its_claim() {
+        let keep = |run: &&Run| run.integer("passes") != 256;
+        let mut rows = Vec::new();
+        for (index, run) in plan(Effort::Smoke).iter().filter(keep).enumerate() {
+            rows.extend(
+                execute(run, Effort::Smoke, index as u64)
+                    .expect("a run")
+                    .rows,
+            );
+        }
+        let right = EXPERIMENT.table(rows);
+        assert!(
+            right
+                .rows
+                .iter()
+                .all(|row| row.len() == right.columns.len())
+        );
+        let failed = |table: &Table| -> Vec<String> {
+            let claims = conclude(table, Effort::Standard).claims.into_iter();
+            claims
+                .filter(|claim| claim.verdict == Verdict::Fail)
+                .map(|claim| claim.claim)
+                .collect()
+        };
+        assert_eq!(failed(&right), Vec::<String>::new());
+        let changed = |column: &str, change: fn(f64, f64) -> f64| {
+            let mut wrong = right.clone();
+            let (column, radius) = (wrong.column(column), wrong.column("r1"));
+            for row in &mut wrong.rows {
+                let radius = row[radius].number().expect("a radius");
+                row[column] =
+                    Value::Number(change(row[column].number().expect("a number"), radius));
+            }
+            failed(&wrong)
+        };
+        assert!(changed("bias2", |x, _| 1.1 * x).contains(&"squared bias at points".to_owned()));
+        assert!(changed("variance", |x, _| 1.2 * x).contains(&"variance".to_owned()));
+        let steeper = changed("bias2", |x, r| x * libm::pow(r / 0.1, 0.1));
+        assert!(steeper.contains(&"step, points".to_owned()));
+    }
+}

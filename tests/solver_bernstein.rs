@@ -65,6 +65,20 @@ fn no_hard_family_has_a_failure() {
     }
 }
 
+/// In the middle of a cap f ≤ 0 without rounding, so convexity decides.
+#[test]
+fn rays_near_the_axis_need_no_exact_arithmetic_at_caps() {
+    for shape in profiles() {
+        let mut work = Work::default();
+        for i in 0..2_000 {
+            let ray = rays::ray(shape.profile(), Family::NearAxis, i);
+            shape.nearest(&ray, &Solver::Bernstein, &mut work);
+        }
+        assert_eq!(work.solver_fallbacks, 0);
+        assert_eq!(failures(ours, &shape, Family::NearAxis, 600), 0);
+    }
+}
+
 /// The original's bounding test: a ray parallel to the axis is rejected.
 fn culls_parallel_rays(shape: &Revolution, ray: &Ray) -> Option<Crossing> {
     let parallel = ray.direction.x == 0.0 && ray.direction.z == 0.0;

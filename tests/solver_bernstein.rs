@@ -70,8 +70,7 @@ fn no_hard_family_has_a_failure() {
 fn rays_near_the_axis_need_no_exact_arithmetic_at_caps() {
     for shape in profiles() {
         let mut work = Work::default();
-        for i in 0..2_000 {
-            let ray = rays::ray(shape.profile(), Family::NearAxis, i);
+        for ray in rays(&shape, Family::NearAxis, 2_000) {
             shape.nearest(&ray, &Solver::Bernstein, &mut work);
         }
         assert_eq!(work.solver_fallbacks, 0);

@@ -16,6 +16,7 @@ use photolathe::geometry::hit::Crossing;
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver};
+use photolathe::geometry::specimens::Specimen;
 use photolathe::numeric::polynomial::cubic;
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::work::Work;
@@ -67,6 +68,32 @@ fn rays_near_the_axis_need_no_exact_arithmetic_at_caps() {
         assert_eq!(work.solver_fallbacks, 0);
         assert_eq!(failures(ours, &shape, Family::NearAxis, 600), 0);
     }
+}
+
+/// The exact solver is then asked only about pieces that the filter suspects: the same bits as about all.
+#[test]
+fn what_the_filter_cannot_decide_gets_the_bits_of_the_exact_solver() {
+    let specimens = Specimen::ALL.map(|s| Revolution::new(s.profile(), Placement::identity()));
+    let mut asked = 0;
+    for shape in specimens {
+        for family in [
+            Family::LevelAtJoint,
+            Family::Joint,
+            Family::Grazing,
+            Family::SurfaceStart,
+        ] {
+            for i in 0..40 {
+                let ray = rays::ray(shape.profile(), family, i);
+                let mut work = Work::default();
+                let found = shape.crossings(&ray, &Solver::Bernstein, &mut work);
+                if work.solver_fallbacks > 0 {
+                    asked += 1;
+                    assert_eq!(found, truth(&shape, &ray), "{family:?} {i}");
+                }
+            }
+        }
+    }
+    assert!(asked > 500, "{asked}");
 }
 
 /// The original's bounding test: a ray parallel to the axis is rejected.

@@ -20,8 +20,7 @@ use clap::ValueEnum as _;
 use compare::{Nearest, all, ours, revolve, same, specimen, tolerance, truth};
 use glam::DVec3;
 use photolathe::geometry::hit::Crossing;
-use photolathe::geometry::profile::Piece;
-use photolathe::geometry::profile::Profile;
+use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver};
 use photolathe::geometry::specimens::{Specimen, piece, random_profile};
@@ -76,6 +75,24 @@ fn rays_near_the_axis_need_no_exact_arithmetic_at_caps() {
         assert_eq!(work.solver_fallbacks, 0);
         assert_eq!(failures(ours, &shape, Family::NearAxis, 600), 0);
     }
+}
+
+/// The exact solver is then asked only about pieces that the filter suspects: the same bits as about all.
+#[test]
+fn what_the_filter_cannot_decide_gets_the_bits_of_the_exact_solver() {
+    let specimens = Specimen::ALL.map(|s| Revolution::new(s.profile(), Placement::identity()));
+    let mut asked = 0;
+    for shape in specimens {
+        for (family, ray) in all_rays(&shape, 60) {
+            let mut work = Work::default();
+            let found = shape.crossings(&ray, &Solver::Bernstein, &mut work);
+            if work.solver_fallbacks > 0 {
+                asked += 1;
+                assert_eq!(found, truth(&shape, &ray), "{family:?} {ray:?}");
+            }
+        }
+    }
+    assert!(asked > 500, "{asked}");
 }
 
 /// The original's bounding test: a ray parallel to the axis is rejected.

@@ -33,10 +33,11 @@ use super::super::hit::Crossing;
 use super::super::profile::{Piece, Profile};
 use super::super::ray::Ray;
 use crate::numeric::polynomial::{cubic_extrema, elevate, product};
-use crate::numeric::simd::Vectors;
+use crate::numeric::simd::{Portable, Vectors};
 use crate::numeric::work::Work;
 use batch::Many;
 pub use certainty::Certainty;
+use isolate::has_one_sign;
 use line::{Line, halves};
 use solve::{All, Nearest};
 
@@ -253,6 +254,16 @@ impl Prepared {
             ray,
             work,
         })
+    }
+
+    /// The numbers of the pieces that the line through a ray may meet: no other has a crossing. Pieces on the axis are not told.
+    pub fn suspects(&self, ray: &Ray) -> Vec<u32> {
+        let (line, fine) = Line::new(self, ray);
+        let may_meet = |piece: &&PreparedPiece| {
+            !(fine && has_one_sign(Portable, &line.coefficients(piece), line.error))
+        };
+        let suspects = self.pieces.iter().filter(may_meet);
+        suspects.map(|piece| piece.index).collect()
     }
 
     #[inline(always)]

@@ -57,7 +57,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "drift",
     ],
     timed: false,
-    cpu_seconds: [8.0, 160.0, 3200.0],
+    cpu_seconds: [4.5, 180.0, 3500.0],
     plan,
     execute,
     conclude: conclusion::conclude,

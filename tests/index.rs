@@ -1,10 +1,14 @@
 //! Claims about the point indices. Every property is a function over an implementation: the tree passes, wrong ones fail.
 
 use glam::DVec3;
+use photolathe::index::grid::Grid;
 use photolathe::index::kdtree::{KdTree, LEAF, Split};
 use photolathe::index::linear::Linear;
-use photolathe::index::{BallIndex, Balls, IndexError};
+use photolathe::index::wide::WideTree;
+use photolathe::index::wide::swapped::Swapped;
+use photolathe::index::{BallIndex, Balls, IndexError, curve};
 use photolathe::numeric::rng::{Purpose, Stream};
+use photolathe::numeric::simd::Vectors;
 use photolathe::numeric::work::Work;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestCaseError};
@@ -36,15 +40,28 @@ fn trees(balls: &Balls) -> [KdTree; 2] {
     })
 }
 
-/// Single queries and joins of both trees equal the linear scan.
+/// Single queries and joins of every index equal the linear scan, with the queries as they come and along a curve.
 fn agrees_with_the_scan(balls: &Balls, queries: &[DVec3]) {
-    let linear = Linear::new(balls.clone());
-    for tree in trees(balls) {
-        for &query in queries {
-            assert_eq!(found(&tree, query), found(&linear, query), "at {query}");
+    let order = curve::order(queries);
+    let along: Vec<DVec3> = order.iter().map(|&i| queries[i as usize]).collect();
+    for queries in [queries, &along] {
+        for tree in trees(balls) {
+            agree(&tree, balls, queries);
         }
-        assert_eq!(joined(&tree, queries), joined(&linear, queries));
+        for vectors in Vectors::all() {
+            agree(&WideTree::with(balls, vectors), balls, queries);
+            agree(&Swapped::with(balls.clone(), vectors), balls, queries);
+        }
+        agree(&Grid::new(balls.clone()), balls, queries);
     }
+}
+
+fn agree(index: &impl BallIndex, balls: &Balls, queries: &[DVec3]) {
+    let linear = Linear::new(balls.clone());
+    for &query in queries {
+        assert_eq!(found(index, query), found(&linear, query), "at {query}");
+    }
+    assert_eq!(joined(index, queries), joined(&linear, queries));
 }
 
 fn balls(centers: Vec<DVec3>, radius: f64) -> Balls {

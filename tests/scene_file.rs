@@ -8,7 +8,7 @@ use photolathe::scene::Scene;
 use photolathe::scene::file::{MAX_FILE_BYTES, Override, load, parse};
 use photolathe::scene::light::Light;
 use photolathe::scene::material::{Emission, Pattern, Side};
-use photolathe::scene::options::{Antialias, Integrator, Kernel, Rule, SolverName};
+use photolathe::scene::options::{Antialias, IndexName, Integrator, Kernel, Rule, SolverName};
 use proptest::prelude::*;
 use std::path::Path;
 
@@ -104,8 +104,12 @@ fn every_key_of_a_good_file_arrives() {
         (Some(1.5), Some(0.5), Some(0.1))
     );
     assert_eq!(
-        (render.rule, render.aa),
-        (Some(Rule::Global), Some(Antialias::Uniform))
+        (render.rule, render.aa, render.index),
+        (
+            Some(Rule::Global),
+            Some(Antialias::Uniform),
+            Some(IndexName::KdtreeCycling)
+        )
     );
     assert_eq!(render.kernel, Some(Kernel::FourthOrder));
     assert_eq!(render.solver, Some(SolverName::Newton));

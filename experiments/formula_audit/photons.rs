@@ -3,10 +3,11 @@
 use super::{Fault, Finding, Trial, compare};
 use crate::numeric::statistics::Moments;
 use crate::render::film::Film;
+use crate::render::photon::arrivals::{Arrival, Arrivals};
 use crate::render::photon::camera::HitPoint;
 use crate::render::photon::gather::{Gathered, gather, radiance};
 use crate::render::photon::radius::Statistics;
-use crate::render::photon::trace::{Arrival, trace};
+use crate::render::photon::trace::trace;
 use crate::render::photon::{Phases, PhotonMapper};
 use crate::render::settings::Settings;
 use crate::scene::options::{Integrator, RenderTable, Rule};
@@ -94,7 +95,7 @@ pub(super) const FAULTS: &[Fault] = &[
                     .arrivals
                     .iter()
                     .filter(|arrival| arrival.events <= most);
-                arrivals.map(|a| f(a).x).sum::<f64>() / photons.energy.emitted.x
+                arrivals.map(|a| f(&a).x).sum::<f64>() / photons.energy.emitted.x
             };
             let all = |f| arriving(f, u32::MAX);
             compare(
@@ -222,6 +223,7 @@ const HIT_POINT: HitPoint = HitPoint {
 fn even(estimate: Estimate, radius_squared: f64, emitted: f64) -> f64 {
     let gathered = Gathered {
         flux: Rgb::splat(radius_squared * emitted),
+        bias_flux: Rgb::ZERO,
         photons: 1,
     };
     estimate(&HIT_POINT, &gathered, radius_squared, emitted).x
@@ -239,6 +241,7 @@ fn estimates(wrong: Estimate, shown: fn(Estimate) -> f64, hidden: fn(Estimate) -
 fn gain_of_area(decay: f64) -> f64 {
     let gathered = Gathered {
         flux: Rgb::ONE,
+        bias_flux: Rgb::ZERO,
         photons: 1,
     };
     let at = |radius: f64| radiance(&HIT_POINT, &gathered, radius * radius, 1.0).x;
@@ -256,7 +259,15 @@ fn after_rounds(gain: Gain, decay: f64, rounds: u32) -> f64 {
 
 fn by_gathered(statistics: Statistics, within: &[Arrival]) -> Statistics {
     let items: Vec<u32> = (0..within.len() as u32).collect();
-    let gathered = gather(&HIT_POINT, &items, within, None);
+    let arrivals: Arrivals = within.iter().copied().collect();
+    let gathered = gather(
+        &HIT_POINT,
+        &items,
+        &arrivals,
+        None,
+        Gathered::default(),
+        |_| (1.0, 0.0),
+    );
     statistics.after(gathered.photons as f64, 0.7)
 }
 

@@ -2,6 +2,7 @@
 
 pub mod bounds;
 pub mod hit;
+pub mod packet;
 pub mod planar;
 pub mod profile;
 pub mod ray;

@@ -42,8 +42,14 @@ fn plane_crossing(ray: &Ray, point: DVec3, normal: DVec3) -> Option<f64> {
     if !ray.is_valid() {
         return None;
     }
-    let t = (point - ray.origin).dot(normal) / ray.direction.dot(normal);
+    let t = plane_parameter(ray, point, normal);
     ray.contains(t).then_some(t)
+}
+
+/// As [`plane_crossing`], whatever the range; not finite if there is none.
+#[inline(always)]
+fn plane_parameter(ray: &Ray, point: DVec3, normal: DVec3) -> f64 {
+    (point - ray.origin).dot(normal) / ray.direction.dot(normal)
 }
 
 fn flat_hit(ray: &Ray, crossing: Crossing, anchor: DVec3, normal: DVec3, st: DVec2) -> Hit {
@@ -87,11 +93,23 @@ impl Quad {
     /// The crossing inside the ray's open range; the border belongs to the quad.
     pub fn nearest(&self, ray: &Ray) -> Option<Crossing> {
         let t = plane_crossing(ray, self.corner, self.edge_u.cross(self.edge_v))?;
-        let st = self.coordinates(ray.at(t));
-        let inside = (0.0..=1.0).contains(&st.x) && (0.0..=1.0).contains(&st.y);
-        inside.then(|| crossing(t))
+        self.covers(ray.at(t)).then(|| crossing(t))
     }
 
+    /// Parameter of the crossing with the plane, and whether it lies on the quad: without a branch, for vector lanes.
+    #[inline(always)]
+    pub(super) fn meet(&self, ray: &Ray) -> (f64, bool) {
+        let t = plane_parameter(ray, self.corner, self.edge_u.cross(self.edge_v));
+        (t, self.covers(ray.at(t)))
+    }
+
+    #[inline(always)]
+    fn covers(&self, point: DVec3) -> bool {
+        let st = self.coordinates(point);
+        (st.x >= 0.0) & (st.x <= 1.0) & (st.y >= 0.0) & (st.y <= 1.0)
+    }
+
+    #[inline(always)]
     fn coordinates(&self, point: DVec3) -> DVec2 {
         let across = self.edge_u.cross(self.edge_v);
         let from_corner = point - self.corner;
@@ -136,6 +154,12 @@ impl Plane {
         plane_crossing(ray, self.point, self.normal).map(crossing)
     }
 
+    /// As [`Quad::meet`].
+    #[inline(always)]
+    pub(super) fn meet(&self, ray: &Ray) -> (f64, bool) {
+        (plane_parameter(ray, self.point, self.normal), true)
+    }
+
     /// The full hit of a crossing. Texture coordinates are in world units along two fixed axes of the plane.
     pub fn hit(&self, ray: &Ray, crossing: Crossing) -> Hit {
         let mut hit = flat_hit(ray, crossing, self.point, self.normal, DVec2::ZERO);
@@ -151,8 +175,19 @@ impl Disc {
     /// The crossing inside the ray's open range; the border belongs to the disc.
     pub fn nearest(&self, ray: &Ray) -> Option<Crossing> {
         let t = plane_crossing(ray, self.center, self.normal)?;
-        let inside = (ray.at(t) - self.center).length_squared() <= self.radius * self.radius;
-        inside.then(|| crossing(t))
+        self.covers(ray.at(t)).then(|| crossing(t))
+    }
+
+    /// As [`Quad::meet`].
+    #[inline(always)]
+    pub(super) fn meet(&self, ray: &Ray) -> (f64, bool) {
+        let t = plane_parameter(ray, self.center, self.normal);
+        (t, self.covers(ray.at(t)))
+    }
+
+    #[inline(always)]
+    fn covers(&self, point: DVec3) -> bool {
+        (point - self.center).length_squared() <= self.radius * self.radius
     }
 
     /// The full hit of a crossing. Texture coordinates run over the bounding square.

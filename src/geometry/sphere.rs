@@ -41,14 +41,29 @@ impl Sphere {
     }
 
     /// Both roots, near ≤ far.
-    ///
-    /// The discriminant is r² − |f − (f·d̂) d̂|² with f = o − c: the squared distance of the line from the centre is taken from
-    /// the difference vector, not as a difference of squares, so a far origin costs no digits (Haines, Akenine-Möller, "Precision
-    /// improvements for ray/sphere intersection", Ray Tracing Gems 2019, ch. 7). The roots come without cancellation.
     fn solve(&self, ray: &Ray) -> Option<(f64, f64)> {
         if !ray.is_valid() {
             return None;
         }
+        let approach = self.approach(ray);
+        approach.meets().then(|| approach.roots())
+    }
+
+    /// Both roots, and whether there are any: without a branch, for vector lanes.
+    #[inline(always)]
+    pub(super) fn meet(&self, ray: &Ray) -> (f64, f64, bool) {
+        let approach = self.approach(ray);
+        let (near, far) = approach.roots();
+        (near, far, approach.meets())
+    }
+
+    /// How a line passes the sphere.
+    ///
+    /// The discriminant is r² − |f − (f·d̂) d̂|² with f = o − c: the squared distance of the line from the centre is taken from
+    /// the difference vector, not as a difference of squares, so a far origin costs no digits (Haines, Akenine-Möller, "Precision
+    /// improvements for ray/sphere intersection", Ray Tracing Gems 2019, ch. 7).
+    #[inline(always)]
+    fn approach(&self, ray: &Ray) -> Approach {
         // A direction of any length: powers of two change no bits of the answer and keep |d|² from over- and underflow.
         let scale = power_of_two_near(ray.direction.abs().max_element());
         let d = ray.direction / scale;
@@ -57,17 +72,13 @@ impl Sphere {
         let b = -f.dot(d);
         let closest = f + (b / a) * d;
         let r = self.radius;
-        let below = (r - closest.length()) * (r + closest.length());
-        if below < 0.0 {
-            return None;
+        Approach {
+            scale,
+            a,
+            b,
+            below: (r - closest.length()) * (r + closest.length()),
+            outside: (f.length() - r) * (f.length() + r),
         }
-        if below == 0.0 {
-            return Some((b / a / scale, b / a / scale));
-        }
-        let q = b + b.signum() * (a * below).sqrt();
-        let c = (f.length() - r) * (f.length() + r);
-        let (t0, t1) = (c / q, q / a);
-        Some((t0.min(t1) / scale, t0.max(t1) / scale))
     }
 
     /// The full hit of a crossing.
@@ -103,6 +114,44 @@ impl Sphere {
     }
 }
 
+/// The equation a t² − 2 b t + `outside` = 0, in units of 1/`scale`.
+struct Approach {
+    scale: f64,
+    a: f64,
+    b: f64,
+    /// r² less the squared distance of the line from the centre.
+    below: f64,
+    /// |o − c|² − r².
+    outside: f64,
+}
+
+impl Approach {
+    #[inline(always)]
+    fn meets(&self) -> bool {
+        // Not "at least 0": what is not a number has roots that are none, and no range holds them.
+        !(self.below < 0.0)
+    }
+
+    /// Both roots, near ≤ far, without cancellation. Not numbers if there are none.
+    #[inline(always)]
+    fn roots(&self) -> (f64, f64) {
+        let Self {
+            scale,
+            a,
+            b,
+            below,
+            outside,
+        } = *self;
+        let q = b + b.signum() * (a * below).sqrt();
+        let (t0, t1) = (outside / q, q / a);
+        let tangent = b / a;
+        let touches = below == 0.0;
+        let near = if touches { tangent } else { t0.min(t1) };
+        let far = if touches { tangent } else { t0.max(t1) };
+        (near / scale, far / scale)
+    }
+}
+
 fn crossing(t: f64) -> Crossing {
     Crossing {
         t,
@@ -112,6 +161,7 @@ fn crossing(t: f64) -> Crossing {
 }
 
 /// The power of two at or below a positive finite number (its nearest normal one for a subnormal).
+#[inline(always)]
 fn power_of_two_near(x: f64) -> f64 {
     let bits = x.max(f64::MIN_POSITIVE).to_bits();
     f64::from_bits(bits & 0x7FF0_0000_0000_0000)

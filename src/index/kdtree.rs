@@ -7,7 +7,7 @@
 
 mod check;
 
-use super::{BallIndex, Balls, IndexError, check_radii, covers};
+use super::{BallIndex, Balls, IndexError, ball_box, both, check_radii, covers};
 use crate::numeric::work::Work;
 use glam::DVec3;
 
@@ -128,6 +128,14 @@ impl KdTree {
         }
         self.fit_boxes();
         Ok(())
+    }
+
+    /// Bytes that the tree holds.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.nodes)
+            + size_of_val(&*self.centers)
+            + size_of_val(&*self.radii_squared)
+            + size_of_val(&*self.order)
     }
 
     /// Levels of the tree: 1 for a single leaf.
@@ -294,19 +302,6 @@ fn divide(
     both(parallel, go_left, go_right);
 }
 
-/// Does both, side by side if it is worth a task.
-fn both<A: Send, B: Send>(
-    parallel: bool,
-    a: impl FnOnce() -> A + Send,
-    b: impl FnOnce() -> B + Send,
-) -> (A, B) {
-    if parallel {
-        rayon::join(a, b)
-    } else {
-        (a(), b())
-    }
-}
-
 /// Nodes of trees over n and over n + 1 balls: below a node with n balls stand ⌊n/2⌋ and ⌈n/2⌉.
 fn node_count(n: usize) -> (usize, usize) {
     if n < LEAF {
@@ -322,20 +317,6 @@ fn node_count(n: usize) -> (usize, usize) {
     } else {
         (odd, 1 + 2 * half_and_one)
     }
-}
-
-/// A box that contains every point that [`covers`] accepts.
-///
-/// `covers` rounds the difference, its square and the sums: an accepted component is at most r (1 + 4ε), or 2⁻⁵³⁶ where squares
-/// underflow. The last step rounds outward.
-fn ball_box(center: DVec3, radius_squared: f64) -> (DVec3, DVec3) {
-    /// √(3 · 2⁻¹⁰⁷⁵) is below this: differences so small may square to 0.
-    const UNDERFLOW: f64 = f64::from_bits((1023 - 536) << 52);
-    let reach = radius_squared.sqrt() * (1.0 + 8.0 * f64::EPSILON) + UNDERFLOW;
-    (
-        (center - reach).map(f64::next_down),
-        (center + reach).map(f64::next_up),
-    )
 }
 
 fn contains(min: DVec3, max: DVec3, point: DVec3) -> bool {

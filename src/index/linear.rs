@@ -1,6 +1,6 @@
 //! The linear scan: every query against every ball. The oracle of the other indices.
 
-use super::{BallIndex, Balls};
+use super::{BallIndex, Balls, IndexError, scan};
 use crate::numeric::work::Work;
 use glam::DVec3;
 
@@ -15,15 +15,19 @@ impl Linear {
     pub fn new(balls: Balls) -> Self {
         Self { balls }
     }
+
+    /// Gives the balls new squared radii.
+    ///
+    /// # Errors
+    /// As [`Balls::new`].
+    pub fn set_radii_squared(&mut self, radii_squared: &[f64]) -> Result<(), IndexError> {
+        self.balls.set_radii_squared(radii_squared)
+    }
 }
 
 impl BallIndex for Linear {
     fn visit(&self, query: DVec3, work: &mut Work, found: &mut dyn FnMut(usize)) {
-        work.index_visits += 1;
-        work.index_tests += self.balls.len() as u64;
-        (0..self.balls.len())
-            .filter(|&item| self.balls.covers(item, query))
-            .for_each(found);
+        scan(&self.balls, query, work, found);
     }
 
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>

@@ -6,9 +6,15 @@
 //!
 //! [`BallIndex::join`] asks for many queries at once and hands each ball its queries in rising order, so that a sum over them
 //! does not depend on the index or the number of threads.
+//!
+//! There is no search for the k nearest: no estimator here asks for it.
 
+pub mod choice;
+pub mod curve;
+pub mod grid;
 pub mod kdtree;
 pub mod linear;
+pub mod wide;
 
 use crate::numeric::work::Work;
 use glam::DVec3;
@@ -71,6 +77,26 @@ impl Balls {
         self.centers.is_empty()
     }
 
+    /// Their centres.
+    pub fn centers(&self) -> &[DVec3] {
+        &self.centers
+    }
+
+    /// The squares of their radii.
+    pub fn radii_squared(&self) -> &[f64] {
+        &self.radii_squared
+    }
+
+    /// Gives the balls new squared radii.
+    ///
+    /// # Errors
+    /// As [`Balls::new`].
+    pub fn set_radii_squared(&mut self, radii_squared: &[f64]) -> Result<(), IndexError> {
+        check_radii(self.len(), radii_squared)?;
+        self.radii_squared.copy_from_slice(radii_squared);
+        Ok(())
+    }
+
     /// Whether ball `item` covers `query`.
     pub fn covers(&self, item: usize, query: DVec3) -> bool {
         covers(self.centers[item], self.radii_squared[item], query)
@@ -80,6 +106,33 @@ impl Balls {
 /// The predicate of every index. A query with a NaN is covered by nothing.
 fn covers(center: DVec3, radius_squared: f64, query: DVec3) -> bool {
     (query - center).length_squared() <= radius_squared
+}
+
+/// A box that contains every point that [`covers`] accepts.
+///
+/// `covers` rounds the difference, its square and the sums: an accepted component is at most r (1 + 4ε), or 2⁻⁵³⁶ where squares
+/// underflow. The last step rounds outward.
+fn ball_box(center: DVec3, radius_squared: f64) -> (DVec3, DVec3) {
+    /// √(3 · 2⁻¹⁰⁷⁵) is below this: differences so small may square to 0.
+    const UNDERFLOW: f64 = f64::from_bits((1023 - 536) << 52);
+    let reach = radius_squared.sqrt() * (1.0 + 8.0 * f64::EPSILON) + UNDERFLOW;
+    (
+        (center - reach).map(f64::next_down),
+        (center + reach).map(f64::next_up),
+    )
+}
+
+/// Does both, side by side if it is worth a task.
+fn both<A: Send, B: Send>(
+    parallel: bool,
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    if parallel {
+        rayon::join(a, b)
+    } else {
+        (a(), b())
+    }
 }
 
 fn check_radii(centers: usize, radii_squared: &[f64]) -> Result<(), IndexError> {
@@ -96,6 +149,20 @@ fn check_radii(centers: usize, radii_squared: &[f64]) -> Result<(), IndexError> 
         Some(item) => Err(IndexError::Radius(item)),
         None => Ok(()),
     }
+}
+
+/// Calls `found` with every ball that covers the query, by asking each.
+fn scan(balls: &Balls, query: DVec3, work: &mut Work, found: &mut dyn FnMut(usize)) {
+    work.index_visits += 1;
+    work.index_tests += balls.len() as u64;
+    (0..balls.len())
+        .filter(|&item| balls.covers(item, query))
+        .for_each(found);
+}
+
+fn sum(mut a: Work, b: Work) -> Work {
+    a += b;
+    a
 }
 
 /// Fixed-radius search over [`Balls`].

@@ -29,6 +29,31 @@ impl ThreadClock {
     }
 }
 
+/// Measures the CPU time of the process, all threads, or where the system has no such clock the time on the wall.
+#[derive(Clone, Copy, Debug)]
+pub struct ProcessClock {
+    wall: std::time::Instant,
+    cpu: Option<f64>,
+}
+
+impl ProcessClock {
+    /// Starts now.
+    pub fn start() -> Self {
+        Self {
+            wall: std::time::Instant::now(),
+            cpu: process_cpu_seconds(),
+        }
+    }
+
+    /// Seconds since the start.
+    pub fn seconds(&self) -> f64 {
+        match (self.cpu, process_cpu_seconds()) {
+            (Some(start), Some(now)) => now - start,
+            _ => self.wall.elapsed().as_secs_f64(),
+        }
+    }
+}
+
 /// CPU seconds of the process, all threads; `None` where the system has no such clock.
 pub fn process_cpu_seconds() -> Option<f64> {
     #[cfg(unix)]

@@ -19,6 +19,23 @@ pub trait Kernel {
 pub trait Lanes: Copy {
     /// Bit i of the first mask says whether `values[i] > bound`, that of the second whether `values[i] < -bound`.
     fn beyond(self, values: &[f64; 8], bound: f64) -> (u32, u32);
+
+    /// Bit i says whether `values[i] <= bound`.
+    fn at_most(self, values: &[f64; 8], bound: f64) -> u32;
+
+    /// Bit i says whether `low[k][i] <= most[k]` and `high[k][i] >= least[k]` on all three axes k: whether box i of sixteen and the
+    /// box from `least` to `most` have a point in common. A box of NaN has none.
+    fn overlaps(
+        self,
+        low: &[[f32; 16]; 3],
+        high: &[[f32; 16]; 3],
+        least: [f32; 3],
+        most: [f32; 3],
+    ) -> u32;
+
+    /// Writes `first + i` for every bit i of the sixteen that is set, in order, to the front of `out`; the rest of `out` is left in
+    /// any state.
+    fn places(self, bits: u32, first: u32, out: &mut [u32; 16]);
 }
 
 /// Any processor.
@@ -34,6 +51,36 @@ impl Lanes for Portable {
             below |= u32::from(value < -bound) << i;
         }
         (above, below)
+    }
+
+    #[inline(always)]
+    fn at_most(self, values: &[f64; 8], bound: f64) -> u32 {
+        let bits = values.iter().enumerate();
+        bits.fold(0, |mask, (i, &value)| mask | u32::from(value <= bound) << i)
+    }
+
+    #[inline(always)]
+    fn overlaps(
+        self,
+        low: &[[f32; 16]; 3],
+        high: &[[f32; 16]; 3],
+        least: [f32; 3],
+        most: [f32; 3],
+    ) -> u32 {
+        (0..16).fold(0, |mask, i| {
+            let axes = (0..3).map(|k| (low[k][i] <= most[k]) & (high[k][i] >= least[k]));
+            mask | u32::from(axes.fold(true, |all, one| all & one)) << i
+        })
+    }
+
+    #[inline(always)]
+    fn places(self, bits: u32, first: u32, out: &mut [u32; 16]) {
+        let mut count = 0;
+        for i in 0..16 {
+            // Written always and kept if set: a branch would be mispredicted.
+            out[count & 15] = first + i;
+            count += (bits >> i & 1) as usize;
+        }
     }
 }
 
@@ -126,8 +173,11 @@ fn has_avx512() -> bool {
 mod x86 {
     use super::{Kernel, Lanes};
     use std::arch::x86_64::{
-        _CMP_GT_OQ, _CMP_LT_OQ, _mm256_cmp_pd, _mm256_loadu_pd, _mm256_movemask_pd, _mm256_set1_pd,
-        _mm512_cmp_pd_mask, _mm512_loadu_pd, _mm512_set1_pd,
+        _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_and_ps, _mm256_cmp_pd,
+        _mm256_cmp_ps, _mm256_loadu_pd, _mm256_loadu_ps, _mm256_movemask_pd, _mm256_movemask_ps,
+        _mm256_set1_pd, _mm256_set1_ps, _mm512_add_epi32, _mm512_cmp_pd_mask, _mm512_loadu_pd,
+        _mm512_loadu_ps, _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32, _mm512_set1_epi32,
+        _mm512_set1_pd, _mm512_set1_ps, _mm512_setr_epi32, _mm512_storeu_si512,
     };
 
     /// Proof of the features of [`avx2`].
@@ -175,6 +225,50 @@ mod x86 {
                 (above(low) | above(high) << 4, below(low) | below(high) << 4)
             }
         }
+
+        #[inline(always)]
+        fn at_most(self, values: &[f64; 8], bound: f64) -> u32 {
+            // SAFETY: `self` proves the features; both loads are inside `values`.
+            unsafe {
+                let most = _mm256_set1_pd(bound);
+                let half = |at: usize| {
+                    let v = _mm256_loadu_pd(values.as_ptr().add(at));
+                    _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(v, most)) as u32
+                };
+                half(0) | half(4) << 4
+            }
+        }
+
+        #[inline(always)]
+        fn overlaps(
+            self,
+            low: &[[f32; 16]; 3],
+            high: &[[f32; 16]; 3],
+            least: [f32; 3],
+            most: [f32; 3],
+        ) -> u32 {
+            // SAFETY: `self` proves the features; all loads are inside `low` and `high`.
+            unsafe {
+                let half = |at: usize| {
+                    let axis = |k: usize| {
+                        let low = _mm256_loadu_ps(low[k].as_ptr().add(at));
+                        let high = _mm256_loadu_ps(high[k].as_ptr().add(at));
+                        _mm256_and_ps(
+                            _mm256_cmp_ps::<_CMP_LE_OQ>(low, _mm256_set1_ps(most[k])),
+                            _mm256_cmp_ps::<_CMP_GE_OQ>(high, _mm256_set1_ps(least[k])),
+                        )
+                    };
+                    let all = _mm256_and_ps(_mm256_and_ps(axis(0), axis(1)), axis(2));
+                    _mm256_movemask_ps(all) as u32
+                };
+                half(0) | half(8) << 8
+            }
+        }
+
+        #[inline(always)]
+        fn places(self, bits: u32, first: u32, out: &mut [u32; 16]) {
+            super::Portable.places(bits, first, out);
+        }
     }
 
     impl Lanes for Avx512 {
@@ -186,6 +280,47 @@ mod x86 {
                 let above = _mm512_cmp_pd_mask::<_CMP_GT_OQ>(v, _mm512_set1_pd(bound));
                 let below = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(v, _mm512_set1_pd(-bound));
                 (u32::from(above), u32::from(below))
+            }
+        }
+
+        #[inline(always)]
+        fn at_most(self, values: &[f64; 8], bound: f64) -> u32 {
+            // SAFETY: `self` proves the features; the load is inside `values`.
+            unsafe {
+                let v = _mm512_loadu_pd(values.as_ptr());
+                u32::from(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(v, _mm512_set1_pd(bound)))
+            }
+        }
+
+        #[inline(always)]
+        fn overlaps(
+            self,
+            low: &[[f32; 16]; 3],
+            high: &[[f32; 16]; 3],
+            least: [f32; 3],
+            most: [f32; 3],
+        ) -> u32 {
+            // SAFETY: `self` proves the features; all loads are inside `low` and `high`.
+            unsafe {
+                let axis = |so_far, k: usize| {
+                    let low = _mm512_loadu_ps(low[k].as_ptr());
+                    let high = _mm512_loadu_ps(high[k].as_ptr());
+                    let (least, most) = (_mm512_set1_ps(least[k]), _mm512_set1_ps(most[k]));
+                    let below = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(so_far, low, most);
+                    _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(below, high, least)
+                };
+                u32::from(axis(axis(axis(u16::MAX, 0), 1), 2))
+            }
+        }
+
+        #[inline(always)]
+        fn places(self, bits: u32, first: u32, out: &mut [u32; 16]) {
+            // SAFETY: `self` proves the features; the store fills `out`.
+            unsafe {
+                let steps = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+                let all = _mm512_add_epi32(steps, _mm512_set1_epi32(first as i32));
+                let kept = _mm512_maskz_compress_epi32(bits as u16, all);
+                _mm512_storeu_si512(out.as_mut_ptr().cast(), kept);
             }
         }
     }
@@ -214,6 +349,101 @@ mod tests {
             assert_eq!(masks(0.5), (0b0010_0001, 0b0100_0010), "{vectors}");
             assert_eq!(masks(0.0), (0b0010_0101, 0b0100_1010), "{vectors}");
             assert_eq!(masks(f64::NAN), (0, 0), "{vectors}");
+        }
+    }
+
+    struct AtMost([f64; 8], f64);
+
+    impl Kernel for AtMost {
+        type Output = u32;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> u32 {
+            lanes.at_most(&self.0, self.1)
+        }
+    }
+
+    #[test]
+    fn every_set_compares_alike_and_nothing_with_nan() {
+        let values = [
+            1.0,
+            -1.0,
+            0.5,
+            0.5000000001,
+            f64::NAN,
+            f64::INFINITY,
+            -3.0,
+            0.0,
+        ];
+        for vectors in Vectors::all() {
+            let at_most = |bound| vectors.run(AtMost(values, bound));
+            assert_eq!(at_most(0.5), 0b1100_0110, "{vectors}");
+            assert_eq!(at_most(f64::INFINITY), 0b1110_1111, "{vectors}");
+            assert_eq!(at_most(f64::NAN), 0, "{vectors}");
+        }
+    }
+
+    type Axes = [[f32; 16]; 3];
+
+    struct Overlaps<'a>(&'a Axes, &'a Axes, [f32; 3], [f32; 3]);
+
+    impl Kernel for Overlaps<'_> {
+        type Output = u32;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> u32 {
+            lanes.overlaps(self.0, self.1, self.2, self.3)
+        }
+    }
+
+    /// Box i reaches from i to i + 1 on one axis and over everything on the others; box 15 is empty.
+    #[test]
+    fn boxes_that_touch_overlap_on_every_axis() {
+        let everything = f32::INFINITY;
+        for axis in 0..3 {
+            let (mut low, mut high) = ([[-everything; 16]; 3], [[everything; 16]; 3]);
+            for i in 0..16 {
+                low[axis][i] = i as f32;
+                high[axis][i] = i as f32 + 1.0;
+            }
+            (low[axis][15], high[axis][15]) = (f32::NAN, f32::NAN);
+            for vectors in Vectors::all() {
+                let overlaps = |least: f32, most: f32| {
+                    let (mut from, mut to) = ([0.0; 3], [0.0; 3]);
+                    (from[axis], to[axis]) = (least, most);
+                    vectors.run(Overlaps(&low, &high, from, to))
+                };
+                assert_eq!(overlaps(3.0, 4.5), 0b1_1100, "{vectors}");
+                assert_eq!(overlaps(3.5, 3.5), 0b1000, "{vectors}");
+                assert_eq!(overlaps(-1.0, -0.5), 0, "{vectors}");
+                assert_eq!(overlaps(14.5, 20.0), 0b100_0000_0000_0000, "{vectors}");
+                assert_eq!(overlaps(f32::NAN, 4.5), 0, "{vectors}");
+                assert_eq!(overlaps(-everything, everything), 0x7fff, "{vectors}");
+            }
+        }
+    }
+
+    struct Places<'a>(u32, u32, &'a mut [u32; 16]);
+
+    impl Kernel for Places<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) {
+            lanes.places(self.0, self.1, self.2);
+        }
+    }
+
+    #[test]
+    fn places_are_those_of_the_bits_in_order() {
+        for vectors in Vectors::all() {
+            for bits in [0, 1, 0x8000, 0b1010_0110, 0xffff, 0x7ffe] {
+                let mut out = [0; 16];
+                vectors.run(Places(bits, 160, &mut out));
+                let expected: Vec<u32> = (0..16).filter(|i| bits >> i & 1 == 1).collect();
+                let found = out[..expected.len()].iter().map(|place| place - 160);
+                assert_eq!(found.collect::<Vec<_>>(), expected, "{vectors}");
+            }
         }
     }
 }

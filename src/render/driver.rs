@@ -2,10 +2,11 @@
 
 use super::film::Film;
 use super::path::PathTracer;
+use super::photon::error::Errors;
 use super::photon::{Phases, PhotonMapper};
 use super::settings::Settings;
 use super::whitted::Whitted;
-use crate::numeric::clock::ThreadClock;
+use crate::numeric::clock::{ProcessClock, ThreadClock};
 use crate::numeric::work::Work;
 use crate::scene::Scene;
 use crate::scene::options::Integrator;
@@ -35,6 +36,8 @@ pub struct Progress<'a> {
     pub work: Work,
     /// The picture so far.
     pub film: &'a Film,
+    /// Its estimated errors, by photon mapping.
+    pub errors: Option<&'a Errors>,
 }
 
 /// Whether to go on.
@@ -51,11 +54,13 @@ pub enum Control {
 pub struct Outcome {
     /// The picture.
     pub film: Film,
+    /// Its estimated errors, by photon mapping.
+    pub errors: Option<Errors>,
     /// Work done.
     pub work: Work,
     /// Passes done.
     pub passes: u64,
-    /// Seconds of each named phase.
+    /// CPU seconds of the process in each named phase.
     pub phases: Vec<(&'static str, f64)>,
     /// CPU seconds of the thread that makes the passes: of the whole render where the settings ask for one thread.
     pub thread_seconds: f64,
@@ -124,6 +129,13 @@ impl<'a> Engine<'a> {
             Self::Photon(mapper) => mapper.pass(pass, film, phases),
         }
     }
+
+    fn errors(&self) -> Option<&Errors> {
+        match self {
+            Self::Whitted(_) | Self::Path(_) => None,
+            Self::Photon(mapper) => Some(mapper.errors()),
+        }
+    }
 }
 
 fn run(
@@ -150,6 +162,7 @@ fn run(
             seconds,
             work,
             film: &film,
+            errors: engine.errors(),
         };
         let out_of_time = settings.time.is_some_and(|limit| seconds >= limit);
         if monitor(&progress) == Control::Stop || out_of_time {
@@ -158,6 +171,7 @@ fn run(
     }
     Ok(Outcome {
         film,
+        errors: engine.errors().cloned(),
         work,
         passes: done,
         phases: phases.named(),
@@ -165,10 +179,10 @@ fn run(
     })
 }
 
-/// Runs `work` and adds its seconds to `phase`.
+/// Runs `work` and adds its CPU seconds to `phase`.
 pub(crate) fn timed<T>(phase: &mut f64, work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
+    let clock = ProcessClock::start();
     let result = work();
-    *phase += start.elapsed().as_secs_f64();
+    *phase += clock.seconds();
     result
 }

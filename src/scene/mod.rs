@@ -10,6 +10,7 @@ pub mod texture;
 
 use crate::geometry::bounds::Aabb;
 use crate::geometry::hit::{Crossing, Hit, Side};
+use crate::geometry::packet::{Packet, WIDTH};
 use crate::geometry::ray::Ray;
 use crate::geometry::revolution::Solver;
 use crate::geometry::shape::Shape;
@@ -92,25 +93,54 @@ impl Scene {
 
     /// As [`Scene::intersect`] for each ray, to the bit.
     pub fn intersect_many(&self, rays: &[Ray], work: &mut Work) -> Vec<Option<Hit>> {
+        let hit = |(ray, nearest): (&Ray, Option<(usize, Crossing)>)| {
+            nearest.map(|(object, crossing)| self.hit(ray, object, crossing))
+        };
+        let nearest = self.nearest_many(rays, work);
+        rays.iter().zip(nearest).map(hit).collect()
+    }
+
+    /// The object that each ray meets first, and where: what [`Scene::hit`] makes the hits of [`Scene::intersect`] of. Takes several
+    /// rays at a time.
+    pub fn nearest_many(&self, rays: &[Ray], work: &mut Work) -> Vec<Option<(usize, Crossing)>> {
         let mut rest = rays.to_vec();
-        let mut found = vec![None; rays.len()];
         let mut nearest = vec![None; rays.len()];
-        for (index, object) in self.objects.iter().enumerate() {
-            let shape = &object.shape;
-            shape.nearest_many(&rest, &self.solver, &mut found, work);
-            for ((rest, found), nearest) in rest.iter_mut().zip(&found).zip(&mut nearest) {
-                if let Some(crossing) = *found {
-                    rest.t_max = crossing.t;
-                    *nearest = Some((index, crossing));
-                }
+        let solved = |object: &Object| matches!(object.shape, Shape::Revolution(_));
+        let mut first = 0;
+        for run in self.objects.chunk_by(|a, b| !solved(a) && !solved(b)) {
+            if solved(&run[0]) {
+                self.meet_solved(first, &mut rest, &mut nearest, work);
+            } else {
+                work.surface_tests += (rays.len() * run.len()) as u64;
+                meet_in_lanes(run, first, &mut rest, &mut nearest);
+            }
+            first += run.len();
+        }
+        nearest
+    }
+
+    fn meet_solved(
+        &self,
+        object: usize,
+        rest: &mut [Ray],
+        nearest: &mut [Option<(usize, Crossing)>],
+        work: &mut Work,
+    ) {
+        let mut found = vec![None; rest.len()];
+        let shape = &self.objects[object].shape;
+        shape.nearest_many(rest, &self.solver, &mut found, work);
+        for ((ray, found), nearest) in rest.iter_mut().zip(found).zip(nearest) {
+            if let Some(crossing) = found {
+                ray.t_max = crossing.t;
+                *nearest = Some((object, crossing));
             }
         }
-        let hit = |(ray, nearest): (&Ray, Option<(usize, Crossing)>)| {
-            let (object, crossing) = nearest?;
-            let hit = self.objects[object].shape.hit(ray, crossing);
-            Some(Hit { object, ..hit })
-        };
-        rays.iter().zip(nearest).map(hit).collect()
+    }
+
+    /// The full hit of a crossing with an object.
+    pub fn hit(&self, ray: &Ray, object: usize, crossing: Crossing) -> Hit {
+        let hit = self.objects[object].shape.hit(ray, crossing);
+        Hit { object, ..hit }
     }
 
     /// Every hit inside the ray's open range, by rising t; hits at the same t in the order of the objects.
@@ -171,5 +201,33 @@ impl Scene {
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, index)| index)
+    }
+}
+
+/// Rays against objects that need no solver, the first of which has the number `first`.
+fn meet_in_lanes(
+    objects: &[Object],
+    first: usize,
+    rest: &mut [Ray],
+    nearest: &mut [Option<(usize, Crossing)>],
+) {
+    for (rays, nearest) in rest.chunks_mut(WIDTH).zip(nearest.chunks_mut(WIDTH)) {
+        let mut packet = Packet::new(rays);
+        for (number, object) in (first..).zip(objects) {
+            packet.meet(&object.shape, number);
+        }
+        for (lane, (ray, nearest)) in rays.iter_mut().zip(nearest).enumerate() {
+            if let Some((object, t)) = packet.nearest(lane) {
+                ray.t_max = t;
+                *nearest = Some((
+                    object,
+                    Crossing {
+                        t,
+                        piece: 0,
+                        u: 0.0,
+                    },
+                ));
+            }
+        }
     }
 }

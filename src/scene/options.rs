@@ -54,16 +54,81 @@ pub enum Kernel {
     FourthOrder,
 }
 
+/// Name of an index for gathering photons. The picture does not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum IndexName {
+    /// Every photon against every hit point (slow).
+    Linear,
+    /// A kd-tree over the hit points, split at the widest axis.
+    Kdtree,
+    /// A kd-tree over the hit points, axes in turn as in the original.
+    KdtreeCycling,
+    /// A grid over the photons.
+    Grid,
+    /// A tree of sixteen-wide nodes over the hit points.
+    #[default]
+    Wide,
+    /// A tree of sixteen-wide nodes over the photons.
+    WidePhotons,
+}
+
 /// Antialiasing of the `whitted` renderer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Antialias {
     /// One ray through each pixel's centre.
     None,
-    /// Pixels whose path hash differs from a neighbour's are resampled 3×3.
+    /// Pixels whose path hash differs from a neighbour's are resampled.
     PathHash,
-    /// Every pixel 3×3.
+    /// Every pixel is resampled.
     Uniform,
+    /// Pixels whose colour differs from a neighbour's by more than the threshold are resampled (Whitted 1980).
+    Contrast,
+    /// Every pixel 2×2; pixels whose four samples deviate by more than the threshold are resampled.
+    Variance,
+}
+
+/// What enters the path hash; each takes in all that stands before it, but for `original`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Hash {
+    /// Specular events and their objects alone, in 32 bits, as the course project had it: blind to diffuse objects.
+    Original,
+    /// All hits: object, piece, side, event, depth.
+    Objects,
+    /// And which lights are visible from the diffuse hits (of an area light, its middle).
+    Shadow,
+    /// And the texel or checker cell at the diffuse hits.
+    Texture,
+}
+
+impl Hash {
+    /// Whether lights and patterns enter.
+    pub fn sees_shading(self) -> bool {
+        matches!(self, Self::Shadow | Self::Texture)
+    }
+}
+
+/// How a pixel is resampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+pub enum Resampling {
+    /// At the centres of 2×2 cells.
+    #[serde(rename = "2x2")]
+    #[value(name = "2x2")]
+    Two,
+    /// At the centres of 3×3 cells.
+    #[serde(rename = "3x3")]
+    #[value(name = "3x3")]
+    Three,
+    /// At the centres of 4×4 cells.
+    #[serde(rename = "4x4")]
+    #[value(name = "4x4")]
+    Four,
+    /// At four of the centres of 4×4 cells, and at the other twelve where these and the middle differ.
+    #[serde(rename = "adaptive")]
+    #[value(name = "adaptive")]
+    Adaptive,
 }
 
 /// Name of a solver for surfaces of revolution.
@@ -100,10 +165,18 @@ pub struct RenderTable {
     pub radius: Option<f64>,
     /// Radius rule.
     pub rule: Option<Rule>,
+    /// Index over hit points or photons.
+    pub index: Option<IndexName>,
     /// Kernel.
     pub kernel: Option<Kernel>,
     /// Antialiasing of `whitted`.
     pub aa: Option<Antialias>,
+    /// What enters the path hash.
+    pub hash: Option<Hash>,
+    /// How antialiasing resamples.
+    pub pattern: Option<Resampling>,
+    /// Least difference of `contrast` and `variance`, > 0.
+    pub threshold: Option<f64>,
     /// Solver.
     pub solver: Option<SolverName>,
     /// Threads, ≥ 1.
@@ -127,8 +200,12 @@ impl RenderTable {
             alpha: self.alpha.or(base.alpha),
             radius: self.radius.or(base.radius),
             rule: self.rule.or(base.rule),
+            index: self.index.or(base.index),
             kernel: self.kernel.or(base.kernel),
             aa: self.aa.or(base.aa),
+            hash: self.hash.or(base.hash),
+            pattern: self.pattern.or(base.pattern),
+            threshold: self.threshold.or(base.threshold),
             solver: self.solver.or(base.solver),
             threads: self.threads.or(base.threads),
             seed: self.seed.or(base.seed),

@@ -99,10 +99,8 @@ fn the_photons_of_a_range_are_those_of_its_parts() {
         whole.points,
         [&parts[0].points[..], &parts[1].points[..]].concat()
     );
-    assert_eq!(
-        whole.arrivals,
-        [&parts[0].arrivals[..], &parts[1].arrivals[..]].concat()
-    );
+    let arrivals: Vec<_> = parts.iter().flat_map(|part| part.arrivals.iter()).collect();
+    assert_eq!(whole.arrivals.iter().collect::<Vec<_>>(), arrivals);
     let mut work = parts[0].work;
     work += parts[1].work;
     assert_eq!(whole.work, work);

@@ -1,13 +1,14 @@
-//! What is refused, and that threads change nothing.
+//! What is refused, and that threads and indices change nothing.
 
 use crate::scenes::*;
+use clap::ValueEnum;
 use glam::DVec3;
 use photolathe::numeric::work::Work;
 use photolathe::render::film::Film;
 use photolathe::render::photon::trace::trace;
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
-use photolathe::scene::options::Integrator;
+use photolathe::scene::options::{IndexName, Integrator};
 use photolathe::scene::{FilmSize, Rgb, Scene};
 use std::f64::consts::PI;
 
@@ -134,14 +135,15 @@ fn a_pass_of_more_photons_than_a_batch_gathers_each_once() {
 }
 
 #[test]
-fn the_bytes_are_the_same_for_any_number_of_threads() {
+fn the_bytes_are_the_same_for_any_number_of_threads_and_any_index() {
     let scene = full_box(24);
     for integrator in [Integrator::Ppm, Integrator::Sppm, Integrator::Pppm] {
-        let settings = Settings {
-            radius: None,
-            ..settings(integrator, 10_000, 1.0)
-        };
-        let run = |threads| -> (Film, Work) {
+        let run = |threads, index| -> (Film, Work) {
+            let settings = Settings {
+                radius: None,
+                index,
+                ..settings(integrator, 5000, 1.0)
+            };
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .build()
@@ -156,8 +158,16 @@ fn the_bytes_are_the_same_for_any_number_of_threads() {
                 (film, work)
             })
         };
-        let one = run(1);
-        assert!(one.0.mean().min_element() > 0.0 && one.0.bad_samples() == 0);
-        assert!(one == run(2) && one == run(3), "{integrator:?}");
+        let scanned = run(1, IndexName::Linear).0;
+        assert!(scanned.mean().min_element() > 0.0 && scanned.bad_samples() == 0);
+        for &index in IndexName::value_variants() {
+            let one = run(1, index);
+            assert!(one.0 == scanned, "{integrator:?}, {index:?}");
+            let more = [2, 3].map(|threads| run(threads, index));
+            assert!(
+                more.iter().all(|more| *more == one),
+                "{integrator:?}, {index:?}"
+            );
+        }
     }
 }

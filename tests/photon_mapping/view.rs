@@ -28,7 +28,7 @@ fn sampling(spp: u32) -> Sampling {
     Sampling {
         spp,
         seed: 3,
-        first: 0,
+        pass: 0,
         radius: None,
         max_depth: None,
         split: true,
@@ -168,9 +168,9 @@ fn camera_paths_between_perfect_mirrors_end_by_roulette_after_32_events() {
     };
     let paths = 2000;
     let events: Vec<u64> = (0..paths)
-        .map(|first| {
+        .map(|pass| {
             let one = Sampling {
-                first,
+                pass,
                 ..sampling(1)
             };
             view(&scene, &one).work.scattered_rays

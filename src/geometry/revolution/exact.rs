@@ -160,3 +160,34 @@ fn ends_in_root(line: &Line, pieces: &[Piece]) -> bool {
             !equation.is_zero() && end.is_zero()
         })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// Either form gives the same roots; but at d_y = 1e-300 those of the expanded polynomial are a thousand bisections apart.
+    #[test]
+    fn nearly_level_rays_are_solved_by_branches_and_no_others() {
+        let cup = Profile::cup();
+        let branches = |dy: f64| {
+            let ray = Ray::new(DVec3::new(-9.0, 1.0, 0.3), DVec3::new(1.0, dy, 0.0));
+            let line = Line::new(cup.pieces(), &ray);
+            let curves = cup.pieces().iter().map(|piece| Curve::new(&line, piece));
+            let roots: Vec<_> = curves.flat_map(|curve| line.roots(&curve)).collect();
+            assert!(!roots.is_empty(), "{dy}");
+            let all = roots.len();
+            (
+                all,
+                roots.iter().filter(|root| root.branch().is_some()).count(),
+            )
+        };
+        for dy in [1e-3, -1e-12, 1e-300] {
+            let (all, by_branches) = branches(dy);
+            assert_eq!(all, by_branches, "{dy}");
+        }
+        for dy in [0.0, 0.02, -0.1] {
+            assert_eq!(branches(dy).1, 0, "{dy}");
+        }
+    }
+}

@@ -11,8 +11,12 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// The first radius of a hit point is this many times the side of a pixel at the length of its camera path, if no radius is
-/// given: a disc some pixels across blurs little and usually holds several of 10⁵ photons.
-pub const PIXELS_PER_RADIUS: f64 = 3.0;
+/// given: the kernel blurs about as much as the pixel itself does. A larger one would be less noisy and drown caustics in its bias
+/// (experiment `time_to_error`).
+pub const PIXELS_PER_RADIUS: f64 = 1.0;
+/// Steps of the two places in a pixel from pass to pass, in 2⁻⁶⁴: 1/g and 1/g² with g³ = g + 1, the Kronecker sequence R₂ (Roberts
+/// 2018). With a start of its own each place is uniform in every pass, and any number of passes covers the pixel evenly.
+const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1D];
 /// No radius falls below this many bounds of the hit's error: within them, photons do not lie where they say.
 const LEAST_IN_ERRORS: f64 = 64.0;
 /// Branches of less weight than this go on by roulette.
@@ -22,6 +26,8 @@ const LONG_CHAIN: u32 = 32;
 const CHAIN_SURVIVAL: f64 = 0.75;
 /// Pixels of one task. Fixed, so that the order of hit points never depends on threads.
 const CHUNK: usize = 512;
+/// Camera paths of a task that are under way together: their rays ask the scene at once. Changes no byte.
+const WAVE: usize = 256;
 
 /// A place where light is gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,8 +69,8 @@ pub struct Sampling {
     pub spp: u32,
     /// Seed.
     pub seed: u64,
-    /// First sample number of all: pass × pixels × spp for samples made anew each pass.
-    pub first: u64,
+    /// The pass: each has random numbers of its own.
+    pub pass: u64,
     /// First radius; `None` takes [`PIXELS_PER_RADIUS`].
     pub radius: Option<f64>,
     /// Most scattering events.
@@ -82,22 +88,20 @@ pub fn view(scene: &Scene, sampling: &Sampling) -> View {
     let chunks: Vec<View> = (0..pixels.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
-            let mut viewer = Viewer {
+            let viewer = Viewer {
                 scene,
                 sampling,
                 medium,
-                out: View::default(),
-                open: Vec::new(),
+                first: chunk * CHUNK,
+                log: Log::default(),
             };
-            for pixel in chunk * CHUNK..pixels.min((chunk + 1) * CHUNK) {
-                viewer.pixel(pixel);
-            }
-            viewer.out
+            viewer.view(CHUNK.min(pixels - chunk * CHUNK))
         })
         .collect();
     let mut all = View {
         work,
-        ..View::default()
+        hit_points: Vec::with_capacity(chunks.iter().map(|chunk| chunk.hit_points.len()).sum()),
+        emission: Vec::with_capacity(pixels),
     };
     for mut chunk in chunks {
         all.hit_points.append(&mut chunk.hit_points);
@@ -105,6 +109,14 @@ pub fn view(scene: &Scene, sampling: &Sampling) -> View {
         all.work += chunk.work;
     }
     all
+}
+
+/// A place in [0, 1) moved on by so many steps, around the ends.
+fn moved(start: f64, steps: u64, step: u64) -> f64 {
+    // Multiples of 2⁻⁵³, so no rounding.
+    let by = (steps.wrapping_mul(step) >> 11) as f64 * (1.0 / (1_u64 << 53) as f64);
+    let place = start + by;
+    if place < 1.0 { place } else { place - 1.0 }
 }
 
 /// Cells of the stratified jitter: the most nearly square grid of exactly `spp` cells.
@@ -116,17 +128,39 @@ fn strata(spp: u32) -> (u32, u32) {
     (columns, spp / columns)
 }
 
+/// A task: the samples of some pixels.
 struct Viewer<'a> {
     scene: &'a Scene,
     sampling: &'a Sampling,
     /// Medium at the eye.
     medium: Option<usize>,
-    out: View,
-    /// Branches still to follow.
+    /// First pixel.
+    first: usize,
+    log: Log,
+}
+
+/// What a task has found, in the order of the waves.
+#[derive(Default)]
+struct Log {
+    hit_points: Vec<HitPoint>,
+    /// Number in the task of the sample of each.
+    samples: Vec<u32>,
+    /// Emission that samples saw.
+    emission: Vec<(u32, Rgb)>,
+    work: Work,
+}
+
+/// A camera path under way, with the branches of its sample that are still to follow. They are followed one after the other,
+/// because they draw from one stream.
+struct Walk {
+    /// Number of the sample in the task.
+    sample: u32,
+    stream: Stream,
+    branch: Branch,
     open: Vec<Branch>,
 }
 
-/// A camera path under way.
+/// A branch of a camera path.
 #[derive(Clone, Copy)]
 struct Branch {
     ray: Ray,
@@ -138,51 +172,120 @@ struct Branch {
 }
 
 impl Viewer<'_> {
-    fn pixel(&mut self, pixel: usize) {
+    /// Views `pixels` pixels: waves of samples, a new one in place of each that ends.
+    fn view(mut self, pixels: usize) -> View {
+        let mut samples = 0..pixels as u32 * self.sampling.spp;
+        let first = samples.by_ref().take(WAVE);
+        let mut wave: Vec<Walk> = first.map(|sample| self.start(sample)).collect();
+        let mut rays = Vec::with_capacity(WAVE);
+        while !wave.is_empty() {
+            rays.clear();
+            rays.extend(wave.iter().map(|walk| walk.branch.ray));
+            let mut nearest = self.scene.nearest_many(&rays, &mut self.log.work);
+            let mut place = 0;
+            while let Some(walk) = wave.get_mut(place) {
+                if let Some((object, at)) = nearest[place] {
+                    let hit = self.scene.hit(&walk.branch.ray, object, at);
+                    self.follow(walk, &hit);
+                }
+                if let Some(branch) = walk.open.pop() {
+                    walk.branch = branch;
+                    place += 1;
+                } else if let Some(sample) = samples.next() {
+                    *walk = self.start(sample);
+                    place += 1;
+                } else {
+                    wave.swap_remove(place);
+                    nearest.swap_remove(place);
+                }
+            }
+        }
+        self.in_order(pixels)
+    }
+
+    fn start(&mut self, sample: u32) -> Walk {
         let film = self.scene.film;
         let size = DVec2::new(f64::from(film.width), f64::from(film.height));
+        let spp = self.sampling.spp;
+        let pixel = self.first + (sample / spp) as usize;
         let corner = DVec2::new(
             (pixel % film.width as usize) as f64,
             (pixel / film.width as usize) as f64,
         );
-        let spp = self.sampling.spp;
         let (columns, rows) = strata(spp);
         let cells = DVec2::new(f64::from(columns), f64::from(rows));
-        self.out.emission.push(Rgb::ZERO);
-        for sample in 0..spp {
-            let number = (pixel as u64 * u64::from(spp)).wrapping_add(u64::from(sample));
-            let index = self.sampling.first.wrapping_add(number);
-            let mut stream = Stream::new(self.sampling.seed, Purpose::Camera, index);
-            let cell = DVec2::new(f64::from(sample % columns), f64::from(sample / columns));
-            let jitter = (cell + DVec2::from_array(stream.uniform2())) / cells;
-            let lens = stream.uniform2();
-            self.out.work.camera_rays += 1;
-            self.open.push(Branch {
+        let within = sample % spp;
+        let samples = u64::from(film.width) * u64::from(film.height) * u64::from(spp);
+        let number = (pixel as u64 * u64::from(spp)).wrapping_add(u64::from(within));
+        let Sampling { seed, pass, .. } = *self.sampling;
+        let mut stream = Stream::new(
+            seed,
+            Purpose::Camera,
+            pass.wrapping_mul(samples).wrapping_add(number),
+        );
+        let cell = DVec2::new(f64::from(within % columns), f64::from(within / columns));
+        let place = if pass == 0 {
+            stream.uniform2()
+        } else {
+            // The stream's own place is not used: that of the first pass moves on.
+            stream.uniform2();
+            let start = Stream::new(seed, Purpose::Camera, number).uniform2();
+            [0, 1].map(|axis| moved(start[axis], pass, STEPS[axis]))
+        };
+        let jitter = (cell + DVec2::from_array(place)) / cells;
+        let lens = stream.uniform2();
+        self.log.work.camera_rays += 1;
+        Walk {
+            sample,
+            stream,
+            branch: Branch {
                 ray: self.scene.camera.ray(corner + jitter, size, lens),
                 weight: Rgb::ONE,
                 medium: self.medium,
                 length: 0.0,
                 events: 0,
-            });
-            while let Some(branch) = self.open.pop() {
-                self.follow(branch, pixel, &mut stream);
-            }
+            },
+            open: Vec::new(),
         }
     }
 
-    fn follow(&mut self, branch: Branch, pixel: usize, stream: &mut Stream) {
-        let Some(hit) = self.scene.intersect(&branch.ray, &mut self.out.work) else {
-            return;
-        };
-        let direction = branch.ray.direction;
-        let mut here = branch;
-        here.weight *= self.scene.transmittance(branch.medium, hit.t);
-        here.length += hit.t;
-        if let Some(emission) = &self.scene.material(&hit).emission {
-            let radiance = emission.towards(-direction.dot(hit.normal));
-            self.add_emission(here.weight * radiance / f64::from(self.sampling.spp));
+    /// What was found, sample by sample, each in the order of its path.
+    fn in_order(self, pixels: usize) -> View {
+        let Log {
+            hit_points,
+            samples,
+            emission: mut seen,
+            work,
+        } = self.log;
+        let mut order: Vec<u32> = (0..hit_points.len() as u32).collect();
+        // Stable: those of one sample keep their order.
+        order.sort_by_key(|&place| samples[place as usize]);
+        seen.sort_by_key(|&(sample, _)| sample);
+        let mut emission = vec![Rgb::ZERO; pixels];
+        for (sample, radiance) in seen {
+            emission[(sample / self.sampling.spp) as usize] += radiance;
         }
-        let lobes = Lobes::at(self.scene, &hit, direction);
+        View {
+            hit_points: order
+                .into_iter()
+                .map(|place| hit_points[place as usize])
+                .collect(),
+            emission,
+            work,
+        }
+    }
+
+    fn follow(&mut self, walk: &mut Walk, hit: &Hit) {
+        let mut here = walk.branch;
+        let direction = here.ray.direction;
+        here.weight *= self.scene.transmittance(here.medium, hit.t);
+        here.length += hit.t;
+        if let Some(emission) = &self.scene.material(hit).emission {
+            let radiance = emission.towards(-direction.dot(hit.normal));
+            let radiance = here.weight * radiance / f64::from(self.sampling.spp);
+            self.log.emission.push((walk.sample, radiance));
+        }
+        let lobes = Lobes::at(self.scene, hit, direction);
         // A further event, the diffuse one of a hit point included, must be within the limit.
         if self
             .sampling
@@ -192,33 +295,26 @@ impl Viewer<'_> {
             return;
         }
         if lobes.diffuse != Rgb::ZERO {
-            self.place(&here, &hit, lobes.diffuse, pixel);
+            self.place(&here, hit, lobes.diffuse, walk.sample);
         }
         here.events += 1;
         if let Some(interface) = &lobes.interface {
-            self.branch_at(here, &hit, lobes.side, interface, stream);
+            self.branch_at(here, hit, lobes.side, interface, walk);
         } else if lobes.mirror != Rgb::ZERO {
             here.weight *= lobes.mirror;
-            here.ray = self.leave(&hit, lobes.side, reflect(direction, hit.normal));
-            self.send(here, stream);
+            here.ray = self.leave(hit, lobes.side, reflect(direction, hit.normal));
+            self.send(here, walk);
         }
     }
 
-    /// Adds to the pixel at work: the last of the chunk.
-    fn add_emission(&mut self, radiance: Rgb) {
-        if let Some(pixel) = self.out.emission.last_mut() {
-            *pixel += radiance;
-        }
-    }
-
-    fn place(&mut self, here: &Branch, hit: &Hit, diffuse: Rgb, pixel: usize) {
+    fn place(&mut self, here: &Branch, hit: &Hit, diffuse: Rgb, sample: u32) {
         let weight = here.weight * diffuse / (PI * f64::from(self.sampling.spp));
         if weight == Rgb::ZERO {
             return;
         }
         if !hit.point.is_finite() {
             // No index can hold it; the film counts the sample as bad.
-            self.add_emission(Rgb::NAN);
+            self.log.emission.push((sample, Rgb::NAN));
             return;
         }
         let least = LEAST_IN_ERRORS * hit.error;
@@ -227,20 +323,23 @@ impl Viewer<'_> {
             .sampling
             .radius
             .unwrap_or(PIXELS_PER_RADIUS * pixel_size * here.length);
-        self.out.hit_points.push(HitPoint {
+        let pixel = self.first as u32 + sample / self.sampling.spp;
+        let hit_point = HitPoint {
             point: hit.point,
             normal: hit.facing_normal(here.ray.direction),
             weight,
             first_radius_squared: radius * radius,
             least_radius_squared: (least * least).max(f64::MIN_POSITIVE),
-            pixel: pixel as u32,
+            pixel,
             object: hit.object as u32,
             events: here.events,
-        });
+        };
+        self.log.hit_points.push(hit_point);
+        self.log.samples.push(sample);
     }
 
     fn leave(&mut self, hit: &Hit, side: Side, direction: DVec3) -> Ray {
-        self.scene.leave(hit, side, direction, &mut self.out.work)
+        self.scene.leave(hit, side, direction, &mut self.log.work)
     }
 
     fn branch_at(
@@ -249,14 +348,14 @@ impl Viewer<'_> {
         hit: &Hit,
         side: Side,
         interface: &Interface,
-        stream: &mut Stream,
+        walk: &mut Walk,
     ) {
         let mut reflected = Branch {
             ray: self.leave(hit, side, reflect(here.ray.direction, hit.normal)),
             ..here
         };
         let Some(direction) = interface.refracted else {
-            self.send(reflected, stream);
+            self.send(reflected, walk);
             return;
         };
         let mut refracted = Branch {
@@ -268,35 +367,56 @@ impl Viewer<'_> {
         if self.sampling.split {
             reflected.weight *= interface.reflectance;
             refracted.weight *= 1.0 - interface.reflectance;
-            self.send(reflected, stream);
-            self.send(refracted, stream);
-        } else if stream.uniform() < interface.reflectance {
-            self.send(reflected, stream);
+            self.send(reflected, walk);
+            self.send(refracted, walk);
+        } else if walk.stream.uniform() < interface.reflectance {
+            self.send(reflected, walk);
         } else {
-            self.send(refracted, stream);
+            self.send(refracted, walk);
         }
     }
 
     /// Keeps a branch, or ends it by roulette that keeps the mean if it is light or long.
-    fn send(&mut self, mut branch: Branch, stream: &mut Stream) {
+    fn send(&mut self, mut branch: Branch, walk: &mut Walk) {
         let mut survival = (branch.weight.max_element() / LEAST_WEIGHT).min(1.0);
         if branch.events > LONG_CHAIN {
             survival *= CHAIN_SURVIVAL;
         }
         if survival < 1.0 {
-            if stream.uniform() >= survival {
+            if walk.stream.uniform() >= survival {
                 return;
             }
             branch.weight /= survival;
         }
-        self.out.work.scattered_rays += 1;
-        self.open.push(branch);
+        self.log.work.scattered_rays += 1;
+        walk.open.push(branch);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::strata;
+    use super::{STEPS, moved, strata};
+
+    /// 64 passes put one place in nearly every cell of 8 × 8, where independent ones would leave 23 empty; and the place stays in
+    /// [0, 1) wherever it starts.
+    #[test]
+    fn places_of_successive_passes_cover_the_pixel_evenly() {
+        for start in [[0.0, 0.0], [0.3, 0.9], [1.0 - f64::EPSILON; 2]] {
+            let mut cells = [false; 64];
+            for pass in 0..64 {
+                let [x, y] = [0, 1].map(|axis| moved(start[axis], pass, STEPS[axis]));
+                assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
+                cells[(8.0 * x) as usize + 8 * (8.0 * y) as usize] = true;
+            }
+            let empty = cells.iter().filter(|&&cell| !cell).count();
+            assert!(empty <= 12, "{empty}");
+        }
+        // 1/g and 1/g² to the last digit, with g³ = g + 1.
+        let g: f64 = 1.324_717_957_244_746;
+        let share = |step: u64| step as f64 / (1_u128 << 64) as f64;
+        assert!((share(STEPS[0]) * g - 1.0).abs() < 1e-15);
+        assert!((share(STEPS[1]) * g * g - 1.0).abs() < 1e-15);
+    }
 
     #[test]
     fn strata_are_as_many_as_the_samples() {

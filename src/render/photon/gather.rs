@@ -1,25 +1,20 @@
 //! Gathering: which photons count at a hit point, and what they are worth there.
 
+use super::arrivals::{Arrival, Arrivals};
 use super::camera::HitPoint;
-use super::trace::Arrival;
+use super::error::bias_weight;
 use crate::scene::Rgb;
 use std::f64::consts::PI;
-use std::ops::AddAssign;
 
 /// What a hit point gathered.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gathered {
     /// Sum of the flux of the photons, as [`Arrival::flux`].
     pub flux: Rgb,
+    /// The same, each times [`bias_weight`].
+    pub bias_flux: Rgb,
     /// Number of photons.
     pub photons: u64,
-}
-
-impl AddAssign for Gathered {
-    fn add_assign(&mut self, other: Self) {
-        self.flux += other.flux;
-        self.photons += other.photons;
-    }
 }
 
 /// Whether a photon within the radius counts at a hit point: same object, same side of it, and not too many events in all.
@@ -34,37 +29,43 @@ pub fn accepts(hit_point: &HitPoint, photon: &Arrival, max_depth: Option<u32>) -
         })
 }
 
-/// Sums, in their order, the photons that the hit point accepts of those within its radius.
+/// Adds to what a hit point has gathered, in their order, the photons that it accepts of those within its radius: the flux of each
+/// times its weight. `look` gives a photon's weight and its d²/r².
 pub fn gather(
     hit_point: &HitPoint,
     within: &[u32],
-    arrivals: &[Arrival],
+    arrivals: &Arrivals,
     max_depth: Option<u32>,
+    mut gathered: Gathered,
+    look: impl Fn(u32) -> (f64, f64),
 ) -> Gathered {
-    let mut gathered = Gathered::default();
+    // On flat surfaces, the most common, one comparison stands for those of objects and normals.
+    let surface = arrivals.surface(hit_point.object, hit_point.normal);
+    let most = max_depth.map_or(u32::MAX, |most| most.saturating_sub(hit_point.events));
     for &photon in within {
-        let photon = &arrivals[photon as usize];
-        if accepts(hit_point, photon, max_depth) {
-            gathered.flux += photon.flux;
-            gathered.photons += 1;
-        }
+        let flux = match arrivals.lies_on(photon, surface) {
+            Some(false) => continue,
+            Some(true) => {
+                let (flux, events) = arrivals.on_flat(photon);
+                if events >= most {
+                    continue;
+                }
+                flux
+            }
+            None => {
+                let arrival = arrivals.get(photon as usize);
+                if !accepts(hit_point, &arrival, max_depth) {
+                    continue;
+                }
+                arrival.flux
+            }
+        };
+        let (weight, share) = look(photon);
+        gathered.flux += flux * weight;
+        gathered.bias_flux += flux * bias_weight(share);
+        gathered.photons += 1;
     }
     gathered
-}
-
-/// The flux of the photons that the hit point accepts, each times its weight.
-pub fn weighted_flux(
-    hit_point: &HitPoint,
-    within: &[u32],
-    arrivals: &[Arrival],
-    max_depth: Option<u32>,
-    weight: &impl Fn(usize) -> f64,
-) -> Rgb {
-    let photons = within.iter().map(|&photon| photon as usize);
-    photons
-        .filter(|&photon| accepts(hit_point, &arrivals[photon], max_depth))
-        .map(|photon| arrivals[photon].flux * weight(photon))
-        .sum()
 }
 
 /// The radiance that a hit point adds to its pixel in a pass of `emitted` photons: weight × flux / (π r² photons).
@@ -77,8 +78,24 @@ pub fn radiance(
     radius_squared: f64,
     emitted: f64,
 ) -> Rgb {
+    per_area(hit_point, gathered, gathered.flux, radius_squared, emitted)
+}
+
+/// The estimated bias of [`radiance`]: see [`error`](super::error).
+pub fn bias(hit_point: &HitPoint, gathered: &Gathered, radius_squared: f64, emitted: f64) -> Rgb {
+    let flux = gathered.bias_flux;
+    per_area(hit_point, gathered, flux, radius_squared, emitted)
+}
+
+fn per_area(
+    hit_point: &HitPoint,
+    gathered: &Gathered,
+    flux: Rgb,
+    radius_squared: f64,
+    emitted: f64,
+) -> Rgb {
     if gathered.photons == 0 {
         return Rgb::ZERO;
     }
-    hit_point.weight * gathered.flux / (PI * radius_squared * emitted)
+    hit_point.weight * flux / (PI * radius_squared * emitted)
 }

@@ -8,7 +8,9 @@
 //!
 //! A radius depends on earlier passes only, so a pass has exactly the bias of the kernel at that radius.
 
+pub mod arrivals;
 pub mod camera;
+pub mod error;
 pub mod gather;
 pub mod kernel;
 pub mod radius;
@@ -17,21 +19,28 @@ pub mod trace;
 use super::driver::RenderError;
 use super::film::Film;
 use super::settings::Settings;
-use crate::index::kdtree::{KdTree, Split};
+use crate::index::choice::Index;
 use crate::index::{BallIndex, Balls, IndexError};
+use crate::numeric::clock::ProcessClock;
 use crate::numeric::work::Work;
 use crate::scene::options::{Integrator, Kernel, Rule};
 use crate::scene::{Rgb, Scene};
 use camera::{HitPoint, Sampling, View};
+use error::Errors;
 use gather::Gathered;
+use glam::DVec3;
 use radius::{Schedule, Statistics};
-use std::time::Instant;
 use trace::{Energy, Photons};
 
 /// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons.
-const BATCH: u64 = 1 << 18;
+const BATCH: u64 = 1 << 15;
 /// Most camera samples of a pass; their hit points take about 200 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
+
+/// Bytes of the wide tree for a hit point (centre, radius, number, box, and its share of the boxes above), and of a join for a
+/// photon.
+const TREE_BYTES: usize = 62;
+const JOIN_BYTES: usize = 26;
 
 /// A progressive photon mapper between passes.
 #[derive(Debug)]
@@ -45,11 +54,14 @@ pub struct PhotonMapper<'a> {
     /// Radius statistics under the local rule: of each hit point if these stay, else of each pixel.
     statistics: Vec<Statistics>,
     schedule: Schedule,
-    tree: Option<KdTree>,
+    index: Option<Index>,
     energy: Energy,
+    /// Most photons that lay in memory together.
+    most_photons: usize,
+    errors: Errors,
 }
 
-/// Seconds spent in each phase of the passes so far.
+/// CPU seconds of the process, all threads, in each phase of the passes so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Phases {
     /// Camera paths and hit points.
@@ -108,8 +120,10 @@ impl<'a> PhotonMapper<'a> {
                 radii_squared: Vec::new(),
                 statistics: Vec::new(),
                 schedule: Schedule::new(settings.rule, settings.alpha),
-                tree: None,
+                index: None,
                 energy: Energy::default(),
+                most_photons: 0,
+                errors: Errors::new(scene.film.width as usize * scene.film.height as usize),
             }),
         }
     }
@@ -123,32 +137,37 @@ impl<'a> PhotonMapper<'a> {
     pub fn pass(&mut self, pass: u64, film: &mut Film, phases: &mut Phases) -> Work {
         assert_eq!(film.size(), self.scene.film, "the film is the scene's");
         let mut work = Work::default();
-        let clock = Instant::now();
+        let clock = ProcessClock::start();
         let renewed = self.place_hit_points(pass, &mut work);
         self.radii_squared = self.squares_of(pass);
-        phases.camera += clock.elapsed().as_secs_f64();
+        phases.camera += clock.seconds();
 
         let gathered = if self.scene.lights.dark() {
             vec![Gathered::default(); self.radii_squared.len()]
         } else {
-            let clock = Instant::now();
-            let tree = self.index(renewed);
-            phases.build += clock.elapsed().as_secs_f64();
-            let gathered = self.gather(&tree, pass, phases, &mut work);
-            self.tree = Some(tree);
+            let clock = ProcessClock::start();
+            let index = self.index(renewed);
+            phases.build += clock.seconds();
+            let gathered = self.gather(&index, pass, phases, &mut work);
+            self.index = Some(index);
             gathered
         };
 
-        let clock = Instant::now();
+        let clock = ProcessClock::start();
         self.add_to(film, &gathered);
         self.shrink(&gathered);
-        phases.gather += clock.elapsed().as_secs_f64();
+        phases.gather += clock.seconds();
         work
     }
 
     /// What became of the light of all passes so far.
     pub fn energy(&self) -> &Energy {
         &self.energy
+    }
+
+    /// The estimated errors of the mean of all passes so far.
+    pub fn errors(&self) -> &Errors {
+        &self.errors
     }
 
     /// The hit points of the last pass.
@@ -166,27 +185,34 @@ impl<'a> PhotonMapper<'a> {
         &self.statistics
     }
 
+    /// Bytes held at the fullest moment so far, while a batch of photons is gathered: hit points with their radii, sums and tree (the
+    /// default one), emission and statistics of pixels, and the photons with what gathering them needs. Not counted: the film.
+    pub fn peak_bytes(&self) -> usize {
+        // Sums so far, and the answers of a batch twice.
+        let gathered = 3 * size_of::<Gathered>();
+        let hit_point = size_of::<HitPoint>() + size_of::<f64>() + TREE_BYTES + gathered;
+        let photon = size_of::<DVec3>() + arrivals::BYTES + JOIN_BYTES;
+        self.view.hit_points.len() * hit_point
+            + self.view.emission.len() * size_of::<Rgb>()
+            + self.statistics.len() * size_of::<Statistics>()
+            + self.most_photons * photon
+    }
+
     fn fixed(&self) -> bool {
         self.settings.integrator == Integrator::Ppm
     }
 
     /// Makes the hit points of the pass; `false` if the old ones stay.
     fn place_hit_points(&mut self, pass: u64, work: &mut Work) -> bool {
-        let pixels = u64::from(self.scene.film.width) * u64::from(self.scene.film.height);
         if self.fixed() && !self.view.emission.is_empty() {
             return false;
         }
-        let samples = pixels * u64::from(self.settings.spp);
         self.view = camera::view(
             self.scene,
             &Sampling {
                 spp: self.settings.spp,
                 seed: self.settings.seed,
-                first: if self.fixed() {
-                    0
-                } else {
-                    pass.wrapping_mul(samples)
-                },
+                pass: if self.fixed() { 0 } else { pass },
                 radius: self.settings.radius,
                 max_depth: self.settings.max_depth,
                 split: self.fixed(),
@@ -229,24 +255,24 @@ impl<'a> PhotonMapper<'a> {
             .collect()
     }
 
-    /// The tree over the hit points: the old one with new radii where they stay.
-    fn index(&mut self, renewed: bool) -> KdTree {
+    /// The index over the hit points: the old one with new radii where they stay.
+    fn index(&mut self, renewed: bool) -> Index {
         let radii_squared = &self.radii_squared;
-        let old = self.tree.take().filter(|_| !renewed);
-        let tree = match old {
-            Some(mut tree) => tree.set_radii_squared(radii_squared).map(|()| tree),
+        let old = self.index.take().filter(|_| !renewed);
+        let index = match old {
+            Some(mut index) => index.set_radii_squared(radii_squared).map(|()| index),
             None => {
                 let centers = self.view.hit_points.iter().map(|hit| hit.point).collect();
                 Balls::new(centers, radii_squared.clone())
-                    .map(|balls| KdTree::new(&balls, Split::Widest))
+                    .map(|balls| Index::new(self.settings.index, balls))
             }
         };
-        tree.unwrap_or_else(|fault: IndexError| panic!("hit points are finite: {fault}"))
+        index.unwrap_or_else(|fault: IndexError| panic!("hit points are finite: {fault}"))
     }
 
     fn gather(
         &mut self,
-        tree: &KdTree,
+        index: &Index,
         pass: u64,
         phases: &mut Phases,
         work: &mut Work,
@@ -265,53 +291,69 @@ impl<'a> PhotonMapper<'a> {
         let mut done = 0;
         while done < photons {
             let count = BATCH.min(photons - done);
-            let clock = Instant::now();
+            let clock = ProcessClock::start();
             let start = first.wrapping_add(done);
-            let Photons {
-                points,
-                arrivals,
-                energy,
-                work: traced,
-            } = trace::trace(self.scene, seed, start, count, max_depth);
-            phases.trace += clock.elapsed().as_secs_f64();
-            self.energy += energy;
-            *work += traced;
+            let mut photons = trace::trace(self.scene, seed, start, count, max_depth);
+            phases.trace += clock.seconds();
+            self.energy += photons.energy;
+            *work += photons.work;
+            self.most_photons = self.most_photons.max(photons.points.len());
 
-            let clock = Instant::now();
+            let clock = ProcessClock::start();
+            // Neighbours side by side: what a hit point gathers then lies together.
+            photons.sort_along_curve();
+            let Photons {
+                points, arrivals, ..
+            } = photons;
             let gather = |item: usize, within: &[u32]| {
-                let hit_point = &hit_points[item];
-                let mut gathered = gather::gather(hit_point, within, &arrivals, max_depth);
-                if kernel != Kernel::Disc {
-                    let weight = |photon: usize| {
-                        let distance_squared = points[photon].distance_squared(hit_point.point);
-                        kernel.weight(distance_squared / radii_squared[item])
-                    };
-                    gathered.flux =
-                        gather::weighted_flux(hit_point, within, &arrivals, max_depth, &weight);
+                let (hit_point, so_far) = (&hit_points[item], sums[item]);
+                let share = |photon: u32| {
+                    points[photon as usize].distance_squared(hit_point.point) / radii_squared[item]
+                };
+                match kernel {
+                    Kernel::Disc => {
+                        let look = |photon| (1.0, share(photon));
+                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
+                    }
+                    _ => {
+                        let look = |photon| {
+                            let share = share(photon);
+                            (kernel.weight(share), share)
+                        };
+                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
+                    }
                 }
-                gathered
             };
-            for (sum, more) in sums.iter_mut().zip(tree.join(&points, &gather, work)) {
-                *sum += more;
-                work.photons_gathered += more.photons;
+            let reached = index.join(&points, &gather, work);
+            for (sum, now) in sums.iter_mut().zip(reached) {
+                // A hit point without photons in the batch keeps what it had.
+                if now.photons > sum.photons {
+                    work.photons_gathered += now.photons - sum.photons;
+                    *sum = now;
+                }
             }
-            phases.gather += clock.elapsed().as_secs_f64();
+            phases.gather += clock.seconds();
             done += count;
         }
         sums
     }
 
     /// Adds the pass's sample to every pixel: emission, and the hit points in their order.
-    fn add_to(&self, film: &mut Film, gathered: &[Gathered]) {
+    fn add_to(&mut self, film: &mut Film, gathered: &[Gathered]) {
         let emitted = self.settings.photons as f64;
         let mut samples = self.view.emission.clone();
+        let mut biases = vec![Rgb::ZERO; samples.len()];
+        // What is gathered estimates the bias of the disc, (r²/8) ∇²E; the kernel's is (r²/4) ∫sw ∇²E.
+        let share = 2.0 * self.settings.kernel.moment(1);
         let radii = self.view.hit_points.iter().zip(&self.radii_squared);
         for ((hit_point, radius_squared), gathered) in radii.zip(gathered) {
             let rule = self.settings.rule;
             let square = rule.divisor(hit_point.first_radius_squared, *radius_squared);
-            samples[hit_point.pixel as usize] +=
-                gather::radiance(hit_point, gathered, square, emitted);
+            let pixel = hit_point.pixel as usize;
+            samples[pixel] += gather::radiance(hit_point, gathered, square, emitted);
+            biases[pixel] += share * gather::bias(hit_point, gathered, square, emitted);
         }
+        self.errors.add(&samples, &biases);
         for (pixel, sample) in film.pixels_mut().iter_mut().zip(samples) {
             pixel.add(sample);
         }

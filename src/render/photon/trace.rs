@@ -4,8 +4,10 @@
 //! keeps the mean (Arvo and Kirk 1990). Mirrors and dielectrics pass them on; at a dielectric one of the two ways is chosen with
 //! its Fresnel share. Photons carry flux, so no index of refraction scales them.
 
+use super::arrivals::{Arrival, Arrivals};
 use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
+use crate::index::curve;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
 use crate::render::scatter::{Interface, Lobes, reflect};
@@ -17,6 +19,9 @@ use std::ops::AddAssign;
 
 /// Photons traced by one task. Fixed, so that the order of photons never depends on threads.
 const CHUNK: u64 = 2048;
+/// Photons of a task that are under way together: their rays ask the scene at once. Enough to fill vector registers, few enough
+/// for the nearer caches. Changes no byte.
+const WAVE: usize = 256;
 /// No photon survives a surface more surely than this, so that paths end in a room that absorbs nothing: after 200 events in
 /// the mean. At reflectances below it changes nothing.
 const SUREST: f64 = 0.995;
@@ -24,19 +29,6 @@ const SUREST: f64 = 0.995;
 /// total reflection would go on for ever.
 const LONG_CHAIN: u32 = 64;
 const CHAIN_SURVIVAL: f64 = 0.9;
-
-/// A photon stored at a diffuse surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Arrival {
-    /// Flux (W) it brings, if it stood for all the light alone: divide by the number of photons emitted.
-    pub flux: Rgb,
-    /// Unit normal on the side from which it came.
-    pub normal: DVec3,
-    /// Object it lies on.
-    pub object: u32,
-    /// Scattering events before.
-    pub events: u32,
-}
 
 /// What became of the light, in W times the number of photons: emitted = absorbed + escaped + roulette + cut, to rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,7 +61,7 @@ pub struct Photons {
     /// Where each lies.
     pub points: Vec<DVec3>,
     /// The rest of each.
-    pub arrivals: Vec<Arrival>,
+    pub arrivals: Arrivals,
     /// Where the energy went.
     pub energy: Energy,
     /// Work done.
@@ -77,9 +69,19 @@ pub struct Photons {
 }
 
 impl Photons {
-    fn append(&mut self, mut other: Self) {
-        self.points.append(&mut other.points);
-        self.arrivals.append(&mut other.arrivals);
+    /// Puts the photons in the order of a Hilbert curve, those of one cell in the order of their paths.
+    pub fn sort_along_curve(&mut self) {
+        let order = curve::order(&self.points);
+        self.points = order
+            .par_iter()
+            .map(|&from| self.points[from as usize])
+            .collect();
+        self.arrivals.reorder(&order);
+    }
+
+    fn append(&mut self, other: &Self) {
+        self.points.extend_from_slice(&other.points);
+        self.arrivals.append(&other.arrivals);
         self.energy += other.energy;
         self.work += other.work;
     }
@@ -94,6 +96,7 @@ pub fn trace(scene: &Scene, seed: u64, first: u64, count: u64, max_depth: Option
         scene,
         seed,
         max_depth,
+        none: Arrivals::of(scene),
         absorbing: scene.materials.iter().any(|material| {
             material
                 .dielectric
@@ -104,20 +107,17 @@ pub fn trace(scene: &Scene, seed: u64, first: u64, count: u64, max_depth: Option
         .into_par_iter()
         .map(|chunk| {
             let start = chunk * CHUNK;
-            let mut traced = Photons::default();
-            for photon in start..count.min(start + CHUNK) {
-                tracer.trace(first.wrapping_add(photon), &mut traced);
-            }
-            traced
+            tracer.trace(first.wrapping_add(start), CHUNK.min(count - start))
         })
         .collect();
     let stored = chunks.iter().map(|chunk| chunk.points.len()).sum();
     let mut all = Photons {
         points: Vec::with_capacity(stored),
-        arrivals: Vec::with_capacity(stored),
+        arrivals: tracer.none,
         ..Photons::default()
     };
-    chunks.into_iter().for_each(|chunk| all.append(chunk));
+    all.arrivals.reserve(stored);
+    chunks.iter().for_each(|chunk| all.append(chunk));
     all
 }
 
@@ -125,12 +125,17 @@ struct Tracer<'a> {
     scene: &'a Scene,
     seed: u64,
     max_depth: Option<u32>,
+    /// No arrivals, but ready for those of the scene.
+    none: Arrivals,
     /// Whether any medium absorbs: only then it matters in which one a photon starts.
     absorbing: bool,
 }
 
 /// A photon under way.
 struct Flight {
+    /// Number in the task.
+    path: u32,
+    stream: Stream,
     ray: Ray,
     flux: Rgb,
     medium: Option<usize>,
@@ -139,12 +144,50 @@ struct Flight {
     chain: u32,
 }
 
+/// What a task has traced, in the order of the waves.
+#[derive(Default)]
+struct Log {
+    photons: Photons,
+    /// Number in the task of the path of each stored photon.
+    paths: Vec<u32>,
+}
+
 impl Tracer<'_> {
-    fn trace(&self, index: u64, out: &mut Photons) {
+    /// Traces a task: waves of photons, a new one in place of each that ends.
+    fn trace(&self, first: u64, count: u64) -> Photons {
+        let mut log = Log::default();
+        log.photons.arrivals = self.none.emptied();
+        let mut paths = 0..count as u32;
+        let mut start =
+            |log: &mut Log| paths.find_map(|path| self.start(first, path, &mut log.photons));
+        let mut wave: Vec<Flight> = std::iter::from_fn(|| start(&mut log)).take(WAVE).collect();
+        let mut rays = Vec::with_capacity(WAVE);
+        while !wave.is_empty() {
+            rays.clear();
+            rays.extend(wave.iter().map(|flight| flight.ray));
+            let mut nearest = self.scene.nearest_many(&rays, &mut log.photons.work);
+            let mut place = 0;
+            while let Some(flight) = wave.get_mut(place) {
+                let hit =
+                    nearest[place].map(|(object, at)| self.scene.hit(&flight.ray, object, at));
+                if self.advance(flight, hit, &mut log) {
+                    place += 1;
+                } else if let Some(next) = start(&mut log) {
+                    *flight = next;
+                    place += 1;
+                } else {
+                    wave.swap_remove(place);
+                    nearest.swap_remove(place);
+                }
+            }
+        }
+        log.in_order(count as usize)
+    }
+
+    fn start(&self, first: u64, path: u32, out: &mut Photons) -> Option<Flight> {
+        let index = first.wrapping_add(u64::from(path));
         let mut stream = Stream::new(self.seed, Purpose::Photon, index);
-        let Some(start) = self.scene.lights.emit(&mut stream) else {
-            return;
-        };
+        let start = self.scene.lights.emit(&mut stream)?;
         out.work.photon_paths += 1;
         out.energy.emitted += start.flux;
         let medium = if self.absorbing {
@@ -152,25 +195,33 @@ impl Tracer<'_> {
         } else {
             None
         };
-        let mut flight = Flight {
+        let flight = Flight {
+            path,
+            stream,
             ray: start.ray,
             flux: start.flux,
             medium,
             events: 0,
             chain: 0,
         };
-        while self.advance(&mut flight, &mut stream, out) {}
+        self.goes_on(&flight, out).then_some(flight)
     }
 
-    /// One straight part of the path and the event at its end; `false` at the path's end.
-    fn advance(&self, flight: &mut Flight, stream: &mut Stream, out: &mut Photons) -> bool {
-        // The event that sends the photon's light to the camera counts too.
-        if self.max_depth.is_some_and(|most| flight.events >= most) {
+    /// Whether the photon may fly on within the depth limit. The event that sends its light to the camera counts too.
+    fn goes_on(&self, flight: &Flight, out: &mut Photons) -> bool {
+        let cut = self.max_depth.is_some_and(|most| flight.events >= most);
+        if cut {
             out.energy.cut += flight.flux;
-            return false;
+        } else {
+            out.work.photon_segments += 1;
         }
-        out.work.photon_segments += 1;
-        let Some(hit) = self.scene.intersect(&flight.ray, &mut out.work) else {
+        !cut
+    }
+
+    /// The event at the end of a straight part of the path; `false` at the path's end.
+    fn advance(&self, flight: &mut Flight, hit: Option<Hit>, log: &mut Log) -> bool {
+        let out = &mut log.photons;
+        let Some(hit) = hit else {
             out.energy.escaped += flight.flux;
             return false;
         };
@@ -181,8 +232,9 @@ impl Tracer<'_> {
         let lobes = Lobes::at(self.scene, &hit, direction);
         if lobes.diffuse != Rgb::ZERO {
             out.work.photons_stored += 1;
+            log.paths.push(flight.path);
             out.points.push(hit.point);
-            out.arrivals.push(Arrival {
+            out.arrivals.push(&Arrival {
                 flux: flight.flux,
                 normal: hit.normal_on(lobes.side),
                 object: hit.object as u32,
@@ -190,8 +242,8 @@ impl Tracer<'_> {
             });
         }
         let scattered = match &lobes.interface {
-            Some(interface) => cross(flight, &hit, lobes.side, interface, stream),
-            None => bounce(flight, &hit, &lobes, stream),
+            Some(interface) => cross(flight, &hit, lobes.side, interface),
+            None => bounce(flight, &hit, &lobes),
         };
         let reflected = match lobes.interface {
             Some(_) => arriving,
@@ -205,7 +257,33 @@ impl Tracer<'_> {
             return false;
         };
         flight.ray = self.scene.leave(&hit, side, direction, &mut out.work);
-        true
+        self.goes_on(flight, out)
+    }
+}
+
+impl Log {
+    /// The photons in the order of their paths, those of a path in the order of its events: a stable counting sort.
+    fn in_order(self, paths: usize) -> Photons {
+        let mut next = vec![0_usize; paths + 1];
+        for &path in &self.paths {
+            next[path as usize + 1] += 1;
+        }
+        for path in 0..paths {
+            next[path + 1] += next[path];
+        }
+        let mut order = vec![0; self.paths.len()];
+        for (photon, &path) in (0..).zip(&self.paths) {
+            let place = &mut next[path as usize];
+            order[*place] = photon;
+            *place += 1;
+        }
+        let mut photons = self.photons;
+        photons.points = order
+            .iter()
+            .map(|&from| photons.points[from as usize])
+            .collect();
+        photons.arrivals.reorder(&order);
+        photons
     }
 }
 
@@ -216,17 +294,16 @@ fn cross(
     hit: &Hit,
     side: Side,
     interface: &Interface,
-    stream: &mut Stream,
 ) -> Option<(Side, DVec3)> {
     flight.chain += 1;
     if flight.chain > LONG_CHAIN {
-        if stream.uniform() >= CHAIN_SURVIVAL {
+        if flight.stream.uniform() >= CHAIN_SURVIVAL {
             return None;
         }
         flight.flux /= CHAIN_SURVIVAL;
     }
     Some(match interface.refracted {
-        Some(refracted) if stream.uniform() >= interface.reflectance => {
+        Some(refracted) if flight.stream.uniform() >= interface.reflectance => {
             flight.medium = interface.beyond;
             (side.other(), refracted)
         }
@@ -235,20 +312,15 @@ fn cross(
 }
 
 /// Reflects from a diffuse surface or mirror: the side and direction in which the photon leaves. `None` if roulette ends the path.
-fn bounce(
-    flight: &mut Flight,
-    hit: &Hit,
-    lobes: &Lobes,
-    stream: &mut Stream,
-) -> Option<(Side, DVec3)> {
+fn bounce(flight: &mut Flight, hit: &Hit, lobes: &Lobes) -> Option<(Side, DVec3)> {
     let survival = (lobes.diffuse + lobes.mirror).max_element().min(SUREST);
     let (diffuse, mirror) = (lobes.diffuse.max_element(), lobes.mirror.max_element());
     let chance = survival * diffuse / (diffuse + mirror);
-    let choice = stream.uniform();
+    let choice = flight.stream.uniform();
     // Also false where nothing is reflected and the chance is 0/0.
     let direction = if choice < chance {
         flight.flux *= lobes.diffuse / chance;
-        cosine_hemisphere(hit.normal_on(lobes.side), stream.uniform2())
+        cosine_hemisphere(hit.normal_on(lobes.side), flight.stream.uniform2())
     } else if choice < survival {
         flight.flux *= lobes.mirror / (survival - chance);
         reflect(flight.ray.direction, hit.normal)

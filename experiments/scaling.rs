@@ -1,0 +1,373 @@
+//! What does a photon pass cost, in time and memory, as its parts grow?
+
+use crate::lab::claim::{Claim, Estimate};
+use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, Value};
+use crate::lab::plot::{Axis, Plot, Series};
+use crate::lab::rendering::scene;
+use crate::numeric::clock::ProcessClock;
+use crate::numeric::statistics::{Moments, fit_line};
+use crate::numeric::work::Work;
+use crate::render::film::Film;
+use crate::render::photon::{Phases, PhotonMapper};
+use crate::render::settings::Settings;
+use crate::scene::options::{Integrator, RenderTable};
+use crate::scene::{Scene, file};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+/// The experiment.
+pub const EXPERIMENT: Experiment = Experiment {
+    name: "scaling",
+    question: "What does a photon pass cost, in time and memory, with photons, pixels, objects and threads?",
+    prediction: "CPU time in proportion to photons (slope 1) where pixels are few; a batch of photons bounds the memory, so that only hit \
+                 points need more; every ray asks every object; two threads take half of the time on the wall, but for what must be \
+                 done in order.",
+    method: "Passes of `pppm` over the hourglass, and over rooms of many small spheres; CPU seconds of the process by phase (runs have \
+             the machine to themselves), the first pass left out. Bytes are counted: what the mapper holds at the fullest moment \
+             (not the film). Threads take turns, one and two, on the same passes.",
+    columns: &[
+        "sweep",
+        "threads",
+        "photons",
+        "pixels",
+        "objects",
+        "replicate",
+        "hit_points",
+        "segments",
+        "bytes",
+        "cpu_s",
+        "wall_s",
+        "camera_s",
+        "trace_s",
+        "build_s",
+        "gather_s",
+    ],
+    timed: true,
+    cpu_seconds: [3.9, 60.0, 480.0],
+    plan,
+    execute,
+    conclude,
+};
+
+const PHOTONS: &str = "photons";
+const PIXELS: &str = "pixels";
+const OBJECTS: &str = "objects";
+const THREADS: &str = "threads";
+
+/// The pass that the speed goal names.
+const GOAL: (i64, i64) = (100_000, 256);
+/// CPU seconds that it may take, on one core of some 3 GHz.
+const GOAL_SECONDS: f64 = 0.15;
+/// Bytes a hit point and a photon.
+const GOAL_BYTES: [f64; 2] = [300.0, 40.0];
+
+fn plan(effort: Effort) -> Vec<Run> {
+    let run = |sweep: &str, photons: i64, side: i64, objects: i64, replicate: i64| {
+        Run::new([
+            ("sweep", sweep.into()),
+            ("photons", photons.into()),
+            ("side", side.into()),
+            ("objects", objects.into()),
+            ("replicate", replicate.into()),
+        ])
+    };
+    let mut runs = Vec::new();
+    // Replicates outside, so that a slow minute of the machine spoils one of each and not all of one.
+    for replicate in 0..effort.of([2, 6, 12]) {
+        for level in 0..5 {
+            runs.push(run(
+                PHOTONS,
+                effort.of([2_000, 16_000, 32_000]) << level,
+                32,
+                0,
+                replicate,
+            ));
+        }
+        for side in effort.of([[32, 64, 96], [64, 128, 256], [64, 256, 512]]) {
+            runs.push(run(
+                PIXELS,
+                GOAL.0 / effort.of([10, 1, 1]),
+                side,
+                0,
+                replicate,
+            ));
+        }
+        for objects in effort.of([[1, 8, 64], [1, 16, 256], [1, 32, 1024]]) {
+            runs.push(run(
+                OBJECTS,
+                effort.of([1_000, 10_000, 20_000]),
+                32,
+                objects,
+                replicate,
+            ));
+        }
+        runs.push(run(
+            THREADS,
+            GOAL.0 / effort.of([10, 1, 1]),
+            GOAL.1 / effort.of([4, 1, 1]),
+            0,
+            replicate,
+        ));
+    }
+    runs
+}
+
+/// A closed room with a lamp and so many small diffuse spheres on a grid.
+fn room_of_spheres(objects: i64) -> anyhow::Result<Scene> {
+    let mut text = include_str!("scaling/room.toml").to_owned();
+    let side = (1..)
+        .find(|side| side * side * side >= objects)
+        .unwrap_or(1);
+    for number in 0..objects {
+        let place = [number % side, number / side % side, number / (side * side)];
+        let [x, y, z] = place.map(|i| 1.6 * (i as f64 + 0.5) / side as f64 - 0.8);
+        let radius = 0.4 / side as f64;
+        write!(
+            text,
+            "\n[[sphere]]\nname = \"sphere {number}\"\ncenter = [{x}, {y}, {z}]\nradius = {radius}\nmaterial = \"white\"\n"
+        )?;
+    }
+    Ok(file::parse(&text, "room", Path::new(""), &[])?)
+}
+
+fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
+    let side = run.integer("side");
+    let mut subject = match run.integer("objects") {
+        0 => scene("hourglass", &[])?,
+        objects => room_of_spheres(objects)?,
+    };
+    (subject.film.width, subject.film.height) = (side as u32, side as u32);
+    let settings = Settings::resolve(&RenderTable {
+        integrator: Some(Integrator::Pppm),
+        photons: Some(run.integer("photons") as u64),
+        seed: Some(seed),
+        ..RenderTable::default()
+    });
+    let threads: &[usize] = if run.text("sweep") == THREADS {
+        &[1, 2]
+    } else {
+        &[1]
+    };
+    let mut courses = Vec::new();
+    for &threads in threads {
+        courses.push(Course::new(&subject, &settings, threads)?);
+    }
+    // In turns, and the first pass only warms the caches.
+    for pass in 0..=effort.of([1, 4, 8]) {
+        for course in &mut courses {
+            course.pass(pass);
+        }
+    }
+    let objects = subject.objects.len() as i64;
+    let row = |course: &Course| {
+        let parameters = [
+            run.value("sweep").clone(),
+            (course.threads as i64).into(),
+            run.value("photons").clone(),
+            (side * side).into(),
+            objects.into(),
+            run.value("replicate").clone(),
+        ];
+        parameters.into_iter().chain(course.row()).collect()
+    };
+    let mut work = Work::default();
+    courses.iter().for_each(|course| work += course.work);
+    Ok(Outcome {
+        rows: courses.iter().map(row).collect(),
+        work,
+    })
+}
+
+/// Passes of one mapper on some threads, with the least time that any of them took: what the machine adds is never less than nothing.
+struct Course<'a> {
+    threads: usize,
+    pool: rayon::ThreadPool,
+    mapper: PhotonMapper<'a>,
+    film: Film,
+    work: Work,
+    segments: u64,
+    /// CPU and wall seconds, then the phases.
+    least: [f64; 6],
+}
+
+impl<'a> Course<'a> {
+    fn new(subject: &'a Scene, settings: &'a Settings, threads: usize) -> anyhow::Result<Self> {
+        Ok(Self {
+            threads,
+            pool: rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()?,
+            mapper: PhotonMapper::new(subject, settings)?,
+            film: Film::new(subject.film),
+            work: Work::default(),
+            segments: 0,
+            least: [f64::INFINITY; 6],
+        })
+    }
+
+    fn pass(&mut self, pass: u64) {
+        let mut phases = Phases::default();
+        let Self {
+            pool, mapper, film, ..
+        } = self;
+        let (cpu, wall) = (ProcessClock::start(), Instant::now());
+        let work = pool.install(|| mapper.pass(pass, film, &mut phases));
+        let Phases {
+            camera,
+            trace,
+            build,
+            gather,
+        } = phases;
+        let times = [
+            cpu.seconds(),
+            wall.elapsed().as_secs_f64(),
+            camera,
+            trace,
+            build,
+            gather,
+        ];
+        self.work += work;
+        self.segments = work.photon_segments;
+        if pass > 0 {
+            for (least, time) in self.least.iter_mut().zip(times) {
+                *least = least.min(time);
+            }
+        }
+    }
+
+    fn row(&self) -> impl Iterator<Item = Value> {
+        let bytes = self.mapper.peak_bytes();
+        let counts = [
+            self.mapper.hit_points().len(),
+            self.segments as usize,
+            bytes,
+        ];
+        let counts = counts.map(|count| (count as i64).into());
+        counts.into_iter().chain(self.least.map(Into::into))
+    }
+}
+
+/// Rows of a sweep.
+fn sweep(table: &Table, name: &str) -> Table {
+    table.filter("sweep", &name.into())
+}
+
+fn conclude(table: &Table, effort: Effort) -> Conclusion {
+    let standard =
+        |claim, statement| EXPERIMENT.subject(claim, statement, Effort::Standard, effort);
+    let photons = sweep(table, PHOTONS);
+    let points = photons.select(["photons", "cpu_s"]);
+    let logs: Vec<_> = (points.iter())
+        .map(|&[photons, seconds]| (libm::log(photons), libm::log(seconds), 1.0))
+        .collect();
+    let slope = fit_line(&logs).map_or(Estimate::known(f64::NAN, f64::NAN, 0), |fit| Estimate {
+        value: fit.slope,
+        standard_error: fit.slope_error,
+        freedom: fit.freedom,
+        n: logs.len() as u64,
+    });
+    let threads = sweep(table, THREADS);
+    let [one, two] = [1, 2].map(|threads_used: i64| {
+        let part = threads.filter("threads", &threads_used.into());
+        part.numbers("wall_s")
+    });
+    let gains = Moments::of(one.iter().zip(&two).map(|(one, two)| one / two));
+    let pixels = sweep(table, PIXELS);
+    let goal = pixels.filter("pixels", &(GOAL.1 * GOAL.1).into());
+    let seconds = Moments::of(goal.numbers("cpu_s"));
+    let rows = table.select(["hit_points", "photons", "bytes"]);
+    let large = rows
+        .iter()
+        .filter(|[hits, photons, _]| *hits >= 1e4 && *photons >= 1e5);
+    let over = large
+        .clone()
+        .filter(|[hits, photons, bytes]| *bytes > GOAL_BYTES[0] * hits + GOAL_BYTES[1] * photons);
+    let range = |moments: &Moments| {
+        let reach = 3.0 * moments.standard_error();
+        (moments.mean() - reach, moments.mean() + reach)
+    };
+    let claims = vec![
+        Claim::equivalent(
+            standard(
+                "linear in photons",
+                "CPU time of a pass grows as the photons do: slope 1.00 ± 0.05 of the logarithms.",
+            ),
+            slope,
+            1.0,
+            0.05,
+        ),
+        Claim::in_range(
+            standard(
+                "two threads",
+                "Two threads make passes at least 1.9 times as fast as one (wall time, in turns on the same passes).",
+            ),
+            gains.mean(),
+            range(&gains),
+            gains.count(),
+            (1.9, 2.5),
+        ),
+        Claim::in_range(
+            standard(
+                "a pass in 0.15 s",
+                "A pass of 100 000 photon paths over the hourglass at 256 × 256 takes at most 0.15 CPU seconds.",
+            ),
+            seconds.mean(),
+            range(&seconds),
+            seconds.count(),
+            (0.0, GOAL_SECONDS),
+        ),
+        Claim::exact(
+            standard(
+                "memory",
+                "No pass of 10 000 hit points and 100 000 photons or more holds over 300 bytes a hit point and 40 a photon.",
+            ),
+            over.count() as u64,
+            large.count() as u64,
+        ),
+    ];
+    Conclusion {
+        claims,
+        plots: plots(table),
+        ..Conclusion::default()
+    }
+}
+
+fn plots(table: &Table) -> Vec<Plot> {
+    let phases = ["cpu_s", "camera_s", "trace_s", "build_s", "gather_s"];
+    [
+        (
+            PHOTONS,
+            "photons",
+            "Time of a pass against its photons (32 × 32 pixels)",
+            "photons",
+        ),
+        (
+            PIXELS,
+            "pixels",
+            "Time of a pass against its pixels",
+            "pixels",
+        ),
+        (
+            OBJECTS,
+            "objects",
+            "Time of a pass against the objects of the scene",
+            "objects",
+        ),
+    ]
+    .map(|(name, column, title, label)| {
+        let part = sweep(table, name);
+        let series = phases.map(|phase| {
+            let at = |value: Value| {
+                let times = Moments::of(part.filter(column, &value).numbers(phase));
+                (value.number().unwrap_or(f64::NAN), times.mean())
+            };
+            Series::measured(
+                phase.trim_end_matches("_s"),
+                part.distinct(column).into_iter().map(at),
+            )
+        });
+        Plot::new(title, Axis::log(label), Axis::log("CPU time (s)"), series)
+    })
+    .into()
+}

@@ -1,0 +1,234 @@
+//! Many rays against shapes that need no solver, each ray in a lane of the vector registers.
+
+use super::ray::Ray;
+use super::shape::Shape;
+use crate::numeric::simd::{Kernel, Lanes, Vectors};
+use glam::DVec3;
+
+/// Rays of a packet: some full vector registers, few enough for the nearest cache.
+pub const WIDTH: usize = 64;
+
+/// One number for each ray.
+type Column = [f64; WIDTH];
+
+/// The object of a ray that has met none.
+const NONE: u64 = u64::MAX;
+
+/// Up to [`WIDTH`] rays, and the nearest crossing of each so far.
+#[derive(Clone, Debug)]
+pub struct Packet {
+    origin: [Column; 3],
+    direction: [Column; 3],
+    t_min: Column,
+    /// End of the range, or of what is left of it before the nearest crossing; −∞ for a ray that is not valid.
+    t_max: Column,
+    object: [u64; WIDTH],
+    vectors: Vectors,
+}
+
+impl Packet {
+    /// A packet of rays.
+    ///
+    /// # Panics
+    /// If there are more than [`WIDTH`].
+    pub fn new(rays: &[Ray]) -> Self {
+        let zero = [0.0; WIDTH];
+        let mut packet = Self {
+            origin: [zero; 3],
+            direction: [zero; 3],
+            t_min: zero,
+            t_max: [f64::NEG_INFINITY; WIDTH],
+            object: [NONE; WIDTH],
+            vectors: Vectors::best(),
+        };
+        for (lane, ray) in rays.iter().enumerate() {
+            for axis in 0..3 {
+                packet.origin[axis][lane] = ray.origin[axis];
+                packet.direction[axis][lane] = ray.direction[axis];
+            }
+            packet.t_min[lane] = ray.t_min;
+            if ray.is_valid() {
+                packet.t_max[lane] = ray.t_max;
+            }
+        }
+        packet
+    }
+
+    /// Looks for nearer crossings with a shape, which `object` stands for: to the bit those of [`Shape::nearest`].
+    ///
+    /// # Panics
+    /// If the shape is a surface of revolution: these take their rays by themselves.
+    pub fn meet(&mut self, shape: &Shape, object: usize) {
+        self.vectors.run(Meet {
+            shape,
+            object: object as u64,
+            packet: self,
+        });
+    }
+
+    /// Object and parameter of the nearest crossing of a ray.
+    pub fn nearest(&self, lane: usize) -> Option<(usize, f64)> {
+        (self.object[lane] != NONE).then(|| (self.object[lane] as usize, self.t_max[lane]))
+    }
+
+    /// Keeps what is nearer: parameter, and whether it counts but for the range.
+    #[inline(always)]
+    fn keep(&mut self, object: u64, meet: impl Fn(&Ray) -> (f64, bool)) {
+        for lane in 0..WIDTH {
+            let vector = |c: &[Column; 3]| DVec3::new(c[0][lane], c[1][lane], c[2][lane]);
+            let ray = Ray {
+                origin: vector(&self.origin),
+                direction: vector(&self.direction),
+                t_min: self.t_min[lane],
+                t_max: self.t_max[lane],
+            };
+            let (t, counts) = meet(&ray);
+            // Bitwise: a branch would keep the lanes apart.
+            let met = counts & (ray.t_min < t) & (t < ray.t_max);
+            self.t_max[lane] = if met { t } else { ray.t_max };
+            self.object[lane] = if met { object } else { self.object[lane] };
+        }
+    }
+}
+
+struct Meet<'a> {
+    shape: &'a Shape,
+    object: u64,
+    packet: &'a mut Packet,
+}
+
+impl Kernel for Meet<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) {
+        let Self {
+            shape,
+            object,
+            packet,
+        } = self;
+        match shape {
+            Shape::Quad(quad) => packet.keep(object, |ray| quad.meet(ray)),
+            Shape::Plane(plane) => packet.keep(object, |ray| plane.meet(ray)),
+            Shape::Disc(disc) => packet.keep(object, |ray| disc.meet(ray)),
+            Shape::Sphere(sphere) => {
+                // The near root counts before the far one, as it does for a ray alone.
+                packet.keep(object, |ray| {
+                    let (near, far, met) = sphere.meet(ray);
+                    (if ray.contains(near) { near } else { far }, met)
+                });
+            }
+            Shape::Revolution(_) => {
+                unreachable!("surfaces of revolution take their rays by themselves")
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::hit::Crossing;
+    use crate::geometry::planar::{Disc, Plane, Quad};
+    use crate::geometry::revolution::Solver;
+    use crate::geometry::sphere::Sphere;
+    use crate::numeric::rng::{Purpose, Stream};
+    use crate::numeric::work::Work;
+
+    fn shapes() -> Vec<Shape> {
+        let center = DVec3::new(0.2, -0.1, 0.3);
+        vec![
+            Shape::Sphere(Sphere {
+                center,
+                radius: 0.8,
+            }),
+            Shape::Quad(Quad {
+                corner: DVec3::new(-1.0, -0.5, -1.0),
+                edge_u: DVec3::new(2.0, 0.1, 0.0),
+                edge_v: DVec3::new(0.3, 0.0, 2.0),
+            }),
+            Shape::Plane(Plane {
+                point: -DVec3::Y,
+                normal: DVec3::Y,
+            }),
+            Shape::Disc(Disc {
+                center,
+                normal: DVec3::new(0.6, 0.8, 0.0),
+                radius: 0.9,
+            }),
+            // The same again: of crossings at the same parameter the first object's counts.
+            Shape::Plane(Plane {
+                point: -DVec3::Y,
+                normal: DVec3::Y,
+            }),
+        ]
+    }
+
+    /// Rays from inside, outside and on the surfaces, along axes and edges, with ranges of all kinds, and some that are none.
+    fn rays() -> Vec<Ray> {
+        let mut stream = Stream::new(8, Purpose::Test, 0);
+        let mut random = |size: f64| DVec3::from_array([0; 3].map(|_| stream.range(-size, size)));
+        let mut rays: Vec<Ray> = (0..4000)
+            .map(|_| Ray::new(random(2.0), random(1.0)))
+            .collect();
+        for (number, ray) in rays.iter_mut().enumerate() {
+            match number % 11 {
+                0 => ray.t_max = 1.0,
+                1 => ray.t_min = -3.0,
+                2 => ray.direction *= 1e-200,
+                3 => ray.direction.y = 0.0,
+                4 => ray.origin = DVec3::new(0.2, 0.7, 0.3),
+                5 => ray.direction = DVec3::NEG_Y,
+                _ => {}
+            }
+        }
+        let bad = Ray::new(DVec3::ZERO, DVec3::Y);
+        rays.extend([
+            Ray::new(DVec3::NAN, DVec3::Y),
+            Ray::new(DVec3::ZERO, DVec3::ZERO),
+            Ray::new(DVec3::ZERO, DVec3::INFINITY),
+            bad.until(-1.0),
+            bad.until(f64::NAN),
+        ]);
+        rays
+    }
+
+    fn alone(shapes: &[Shape], ray: &Ray) -> Option<(usize, u64)> {
+        let (mut rest, mut nearest) = (*ray, None);
+        for (object, shape) in shapes.iter().enumerate() {
+            let found = shape.nearest(&rest, &Solver::Bernstein, &mut Work::default());
+            if let Some(Crossing { t, .. }) = found {
+                rest.t_max = t;
+                nearest = Some((object, t.to_bits()));
+            }
+        }
+        nearest
+    }
+
+    #[test]
+    fn rays_in_lanes_meet_what_they_meet_alone_to_the_bit() {
+        let shapes = shapes();
+        let mut met = 0;
+        for vectors in Vectors::all() {
+            // A last packet that is not full.
+            for rays in rays().chunks(WIDTH) {
+                let mut packet = Packet {
+                    vectors,
+                    ..Packet::new(rays)
+                };
+                for (object, shape) in shapes.iter().enumerate() {
+                    packet.meet(shape, object);
+                }
+                for (lane, ray) in rays.iter().enumerate() {
+                    let found = packet
+                        .nearest(lane)
+                        .map(|(object, t)| (object, t.to_bits()));
+                    assert_eq!(found, alone(&shapes, ray), "{vectors}: {ray:?}");
+                    met += u32::from(found.is_some());
+                }
+                assert!((rays.len()..WIDTH).all(|lane| packet.nearest(lane).is_none()));
+            }
+        }
+        assert!(met > 2000);
+    }
+}

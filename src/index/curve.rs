@@ -1,0 +1,280 @@
+//! Points along a Hilbert curve: neighbours in this order are neighbours in space (Hilbert 1891; by the bit operations of
+//! Skilling 2004, "Programming the Hilbert curve", AIP Conf. Proc. 707).
+
+use crate::numeric::simd::{Kernel, Lanes, Vectors};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Points of one task.
+const CHUNK: usize = 1 << 14;
+/// Points whose cells are found side by side.
+const BLOCK: usize = 16;
+/// Most bits by which keys are dealt into piles at a time.
+const PILE_BITS: u32 = 11;
+/// Piles of at most this many keys keep their order: they make one packet.
+const SMALL: usize = 16;
+
+/// The order of points along the curve: place → point, but for runs of up to sixteen neighbours, which stay in the order in which
+/// they came. NaN coordinates count as the least, infinite ones as
+/// the border. About 25 ns a point, 16 bytes each on the way; deterministic, on the current rayon pool.
+///
+/// The curve's cells are cubes of about 2⁻¹⁴ of the largest extent for a million points, finer for fewer.
+///
+/// # Panics
+/// If there are 2³² points or more.
+pub fn order(points: &[DVec3]) -> Vec<u32> {
+    let curve = Curve::over(points);
+    let mut keys: Vec<u64> = vec![0; points.len()];
+    let vectors = Vectors::best();
+    let chunks = keys
+        .par_chunks_mut(CHUNK)
+        .zip(points.par_chunks(CHUNK))
+        .enumerate();
+    chunks.for_each(|(chunk, (keys, points))| {
+        vectors.run(Keys {
+            curve: &curve,
+            first: (chunk * CHUNK) as u64,
+            points,
+            keys,
+        });
+    });
+    let mask = (1 << curve.number_bits) - 1;
+    let mut spare = vec![0; keys.len()];
+    sort(
+        &mut keys,
+        &mut spare,
+        3 * curve.cell_bits,
+        curve.number_bits,
+    );
+    keys.into_iter().map(|key| (key & mask) as u32).collect()
+}
+
+/// Sorts keys by bits `low..low + open`, small piles excepted; they agree above. Deals them into piles by the highest of these, then
+/// sorts the piles.
+fn sort(keys: &mut [u64], spare: &mut [u64], open: u32, low: u32) {
+    if keys.len() <= SMALL {
+        return;
+    }
+    let bits = keys.len().ilog2().min(PILE_BITS).min(open);
+    if bits == 0 {
+        return;
+    }
+    let shift = low + open - bits;
+    let pile = |key: u64| (key >> shift) as usize & ((1 << bits) - 1);
+    let mut ends = vec![0_u32; 1 << bits];
+    keys.iter().for_each(|&key| ends[pile(key)] += 1);
+    let mut end = 0;
+    for count in &mut ends {
+        end += *count;
+        // Where the pile begins, until all its keys are dealt.
+        *count = end - *count;
+    }
+    for &key in &*keys {
+        let next = &mut ends[pile(key)];
+        spare[*next as usize] = key;
+        *next += 1;
+    }
+    keys.copy_from_slice(spare);
+    let parallel = keys.len() > CHUNK;
+    let (mut keys, mut spare, mut start) = (keys, spare, 0);
+    let piles = ends.into_iter().map(|end| {
+        let size = (end - start) as usize;
+        start = end;
+        let (pile, rest) = std::mem::take(&mut keys).split_at_mut(size);
+        let (spare_pile, spare_rest) = std::mem::take(&mut spare).split_at_mut(size);
+        (keys, spare) = (rest, spare_rest);
+        (pile, spare_pile)
+    });
+    let piles = piles.filter(|(pile, _)| pile.len() > 1);
+    if parallel {
+        let piles: Vec<_> = piles.collect();
+        piles
+            .into_par_iter()
+            .for_each(|(pile, spare)| sort(pile, spare, open - bits, low));
+    } else {
+        piles.for_each(|(pile, spare)| sort(pile, spare, open - bits, low));
+    }
+}
+
+/// The curve over a set of points.
+struct Curve {
+    /// Half of the least coordinates.
+    least: DVec3,
+    /// Cells per unit of half coordinates.
+    scale: f64,
+    /// Bits of a cell's coordinate.
+    cell_bits: u32,
+    /// Bits of a point's number.
+    number_bits: u32,
+}
+
+impl Curve {
+    fn over(points: &[DVec3]) -> Self {
+        assert!(u32::try_from(points.len()).is_ok(), "too many points");
+        let number_bits = usize::BITS - points.len().leading_zeros();
+        let cell_bits = ((64 - number_bits) / 3).min(21);
+        // Halves, so that no extent overflows.
+        let blank = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let join = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
+        let (least, most) = points
+            .par_chunks(CHUNK)
+            .map(|points| {
+                let finite = points.iter().filter(|point| point.is_finite());
+                finite.fold(blank, |all, &point| join(all, (0.5 * point, 0.5 * point)))
+            })
+            .reduce(|| blank, join);
+        let scale = f64::from(1_u32 << cell_bits) / (most - least).max_element();
+        Self {
+            least,
+            scale: if scale > 0.0 && scale < f64::INFINITY {
+                scale
+            } else {
+                0.0
+            },
+            cell_bits,
+            number_bits,
+        }
+    }
+
+    /// Coordinates of the cells of some points.
+    #[inline(always)]
+    fn cells(&self, points: &[DVec3]) -> [[u32; BLOCK]; 3] {
+        let last = (1 << self.cell_bits) - 1;
+        let mut cells = [[0; BLOCK]; 3];
+        for (i, &point) in points.iter().enumerate() {
+            let at = (0.5 * point - self.least) * self.scale;
+            for (axis, at) in at.to_array().into_iter().enumerate() {
+                // The conversion takes NaN and what is below 0 to 0.
+                cells[axis][i] = (at as u32).min(last);
+            }
+        }
+        cells
+    }
+}
+
+/// Finds the key of every point: its place on the curve, then its number.
+struct Keys<'a> {
+    curve: &'a Curve,
+    /// Number of the first point.
+    first: u64,
+    points: &'a [DVec3],
+    keys: &'a mut [u64],
+}
+
+impl Kernel for Keys<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, _lanes: L) {
+        let blocks = self.points.chunks(BLOCK).zip(self.keys.chunks_mut(BLOCK));
+        for (block, (points, keys)) in blocks.enumerate() {
+            let along = hilbert(self.curve.cells(points), self.curve.cell_bits);
+            let first = self.first + (block * BLOCK) as u64;
+            for (i, key) in keys.iter_mut().enumerate() {
+                *key = along[i] << self.curve.number_bits | (first + i as u64);
+            }
+        }
+    }
+}
+
+/// Places of cells on the curve, `bits` bits for each axis.
+#[inline(always)]
+fn hilbert([mut x, mut y, mut z]: [[u32; BLOCK]; 3], bits: u32) -> [u64; BLOCK] {
+    for bit in (1..bits).rev() {
+        let low = (1 << bit) - 1;
+        for i in 0..BLOCK {
+            // Where the bit is set, the lower bits of x are inverted; elsewhere they change places with those of the axis.
+            let set = |v: u32| (v >> bit & 1).wrapping_neg();
+            x[i] ^= low & set(x[i]);
+            for axis in [&mut y, &mut z] {
+                let set = set(axis[i]);
+                let exchanged = (x[i] ^ axis[i]) & low & !set;
+                x[i] ^= exchanged | low & set;
+                axis[i] ^= exchanged;
+            }
+        }
+    }
+    let mut places = [0; BLOCK];
+    for i in 0..BLOCK {
+        let y = y[i] ^ x[i];
+        let z = z[i] ^ y;
+        // Bit k of `turned` is the parity of the bits of z above k.
+        let mut turned = z >> 1;
+        for step in [1, 2, 4, 8, 16] {
+            turned ^= turned >> step;
+        }
+        let [x, y, z] = [x[i], y, z].map(|axis| spread(u64::from(axis ^ turned)));
+        places[i] = x << 2 | y << 1 | z;
+    }
+    places
+}
+
+/// Moves bit i of 21 to bit 3 i.
+#[inline(always)]
+fn spread(bits: u64) -> u64 {
+    let mut x = bits & 0x1f_ffff;
+    x = (x | x << 32) & 0x001f_0000_0000_ffff;
+    x = (x | x << 16) & 0x001f_0000_ff00_00ff;
+    x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+    x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+    (x | x << 2) & 0x1249_2492_4924_9249
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curve_passes_every_cell_and_steps_to_a_neighbour() {
+        for bits in 1..=4_u32 {
+            let side = 1_u32 << bits;
+            let cells: Vec<[u32; 3]> = (0..side.pow(3))
+                .map(|i| [i % side, i / side % side, i / side / side])
+                .collect();
+            let mut path = vec![None; cells.len()];
+            for block in cells.chunks(BLOCK) {
+                let mut split = [[0; BLOCK]; 3];
+                for (i, cell) in block.iter().enumerate() {
+                    for axis in 0..3 {
+                        split[axis][i] = cell[axis];
+                    }
+                }
+                for (cell, place) in block.iter().zip(hilbert(split, bits)) {
+                    assert_eq!(path[place as usize].replace(*cell), None);
+                }
+            }
+            let path: Vec<[u32; 3]> = path.into_iter().flatten().collect();
+            assert_eq!(path.len(), cells.len());
+            for step in path.windows(2) {
+                let moved: u32 = (0..3)
+                    .map(|axis| step[0][axis].abs_diff(step[1][axis]))
+                    .sum();
+                assert_eq!(moved, 1, "{bits} bits: {step:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_point_has_one_place_whatever_its_coordinates() {
+        let odd = [
+            f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::MAX,
+            f64::MIN,
+            0.0,
+            5e-324,
+        ];
+        let mut points: Vec<DVec3> = Vec::new();
+        for x in odd {
+            points.extend(odd.map(|y| DVec3::new(x, y, 1.0)));
+        }
+        for set in [&points[..0], &points[..1], &points[..]] {
+            let mut places = order(set);
+            places.sort_unstable();
+            assert_eq!(places, (0..set.len() as u32).collect::<Vec<_>>());
+        }
+        let same = vec![DVec3::ONE; 100];
+        assert_eq!(order(&same), (0..100).collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,168 @@
+//! The wide tree the other way round: over the queries, asked by each ball. Nothing is built before a join, so it pays where balls
+//! move between joins or are few.
+
+use super::boxes::{Bounds, Boxes, Packets, WIDTH, bytes, levels};
+use super::restore;
+use crate::index::{BallIndex, Balls, IndexError, ball_box, scan, sum};
+use crate::numeric::simd::{Kernel, Lanes, Vectors};
+use crate::numeric::work::Work;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Balls of one task.
+const CHUNK: usize = 256;
+
+/// Balls that ask.
+#[derive(Clone, Debug)]
+pub struct Swapped {
+    balls: Balls,
+    vectors: Vectors,
+}
+
+/// A tree over queries.
+struct QueryTree {
+    packets: Packets,
+    /// Query of each place in packets, if the queries did not come along a curve.
+    order: Option<Vec<u32>>,
+    /// Boxes of the packets by sixteens, and so on to the root.
+    levels: Vec<Vec<Boxes>>,
+}
+
+impl Swapped {
+    /// Takes the balls.
+    pub fn new(balls: Balls) -> Self {
+        Self::with(balls, Vectors::best())
+    }
+
+    /// The same with a choice of vector instructions, which changes the speed and nothing else.
+    pub fn with(balls: Balls, vectors: Vectors) -> Self {
+        Self { balls, vectors }
+    }
+
+    /// Bytes that a join with these queries holds for them.
+    pub fn bytes(queries: &[DVec3]) -> usize {
+        QueryTree::new(queries).bytes()
+    }
+
+    /// Gives the balls new squared radii.
+    ///
+    /// # Errors
+    /// As [`Balls::new`].
+    pub fn set_radii_squared(&mut self, radii_squared: &[f64]) -> Result<(), IndexError> {
+        self.balls.set_radii_squared(radii_squared)
+    }
+}
+
+impl QueryTree {
+    fn new(queries: &[DVec3]) -> Self {
+        let (packets, order) = Packets::compact(queries);
+        Self {
+            levels: levels(packets.bounds.len(), |packet| packets.bounds[packet]),
+            packets,
+            order,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        bytes(&self.levels)
+            + size_of_val(&*self.packets.packets)
+            + size_of_val(&*self.packets.bounds)
+            + self.order.as_deref().map_or(0, size_of_val)
+    }
+}
+
+impl BallIndex for Swapped {
+    /// A scan of all balls: there is no structure over them.
+    fn visit(&self, query: DVec3, work: &mut Work, found: &mut dyn FnMut(usize)) {
+        scan(&self.balls, query, work, found);
+    }
+
+    /// As [`super::WideTree::join`] in cost, without a build, if balls come in an order in which neighbours are near each other.
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    where
+        T: Copy + Default + Send,
+        G: Fn(usize, &[u32]) -> T + Sync,
+    {
+        let tree = QueryTree::new(queries);
+        let mut answers = vec![T::default(); self.balls.len()];
+        let chunks = answers.par_chunks_mut(CHUNK).enumerate();
+        let works = chunks.map_init(Vec::new, |hits, (chunk, out)| {
+            self.vectors.run(Ask {
+                tree: &tree,
+                balls: &self.balls,
+                first: chunk * CHUNK,
+                out,
+                gather,
+                hits,
+            })
+        });
+        *work += works.reduce(Work::default, sum);
+        answers
+    }
+}
+
+/// Gathers at some balls.
+struct Ask<'a, T, G> {
+    tree: &'a QueryTree,
+    balls: &'a Balls,
+    first: usize,
+    out: &'a mut [T],
+    gather: &'a G,
+    hits: &'a mut Vec<u32>,
+}
+
+impl<T, G> Kernel for Ask<'_, T, G>
+where
+    G: Fn(usize, &[u32]) -> T,
+{
+    type Output = Work;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Work {
+        let mut work = Work::default();
+        let mut open = Vec::new();
+        for (item, answer) in (self.first..).zip(self.out) {
+            let (center, radius_squared) =
+                (self.balls.centers[item], self.balls.radii_squared[item]);
+            let (least, most) = ball_box(center, radius_squared);
+            let bounds = Bounds::around(least, most);
+            let top = self.tree.levels.len();
+            open.clear();
+            open.extend((top > 0).then(|| (top - 1, 0)));
+            let mut count = 0;
+            while let Some((level, node)) = open.pop() {
+                work.index_visits += 1;
+                let mut met = self.tree.levels[level][node].overlaps(&bounds, lanes);
+                if level > 0 {
+                    // The last first: they come off in order.
+                    while met != 0 {
+                        let last = met.ilog2();
+                        met ^= 1 << last;
+                        open.push((level - 1, node * WIDTH + last as usize));
+                    }
+                    continue;
+                }
+                while met != 0 {
+                    let packet = node * WIDTH + met.trailing_zeros() as usize;
+                    met &= met - 1;
+                    work.index_tests += WIDTH as u64;
+                    let packets = &self.tree.packets.packets;
+                    let bits = packets[packet].covered(center, radius_squared, lanes);
+                    if self.hits.len() < count + WIDTH {
+                        self.hits.resize(2 * (count + WIDTH), 0);
+                    }
+                    if let Some(out) = self.hits[count..].first_chunk_mut() {
+                        lanes.places(bits, (packet * WIDTH) as u32, out);
+                    }
+                    count += bits.count_ones() as usize;
+                }
+            }
+            if count > 0 {
+                let hits = &mut self.hits[..count];
+                restore(self.tree.order.as_deref(), hits);
+                *answer = (self.gather)(item, hits);
+            }
+        }
+        work
+    }
+}

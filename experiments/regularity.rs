@@ -148,7 +148,8 @@ fn setting(run: &Run) -> Setting {
     let found = match (receivers, passes) {
         (Receivers::Points, 1) => 60.0,
         (Receivers::Points, _) => 10.0,
-        _ => 20.0,
+        // A pixel's bias is small, and noise enters its square with the square of 1/photons.
+        _ => 400.0,
     };
     Setting {
         edge,
@@ -164,7 +165,7 @@ fn setting(run: &Run) -> Setting {
 fn replicates(setting: &Setting, effort: Effort) -> u64 {
     match setting.receivers {
         Receivers::Pixels { width, .. } if setting.first < LEAST_SHARE * width => 0,
-        Receivers::Pixels { .. } => effort.of([120, 12_000, 100_000]),
+        Receivers::Pixels { .. } => effort.of([32, 2400, 20_000]),
         Receivers::Points if setting.passes >= LONG_RUN[0] => 0,
         Receivers::Points if setting.passes == 1 => effort.of([250, 12_000, 100_000]),
         Receivers::Points => effort.of([50, 1600, 12_000]),

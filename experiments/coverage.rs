@@ -10,11 +10,10 @@ use crate::lab::experiment::{
 };
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::lab::rendering::{on_one_thread, scene};
-use crate::numeric::rng::mix;
 use crate::numeric::statistics::Moments;
 use crate::numeric::work::Work;
 use crate::render::film::Film;
-use crate::render::photon::error::Tally;
+use crate::render::photon::error::{Errors, Tally};
 use crate::render::photon::{Phases, PhotonMapper};
 use crate::render::settings::Settings;
 use crate::scene::options::{Integrator, RenderTable};
@@ -188,15 +187,19 @@ fn execute(run: &Run, _: Effort, seed: u64) -> anyhow::Result<Outcome> {
         "pppm" => Integrator::Pppm,
         _ => Integrator::Sppm,
     };
-    let settings = Settings::resolve(&RenderTable {
+    let table = RenderTable {
         integrator: Some(integrator),
         photons: Some(subject.photons),
         radius: Some(subject.radius),
         // The reference's limit.
         max_depth: Some(15),
-        seed: Some(mix(&[seed])),
+        seed: Some(seed),
         ..RenderTable::default()
-    });
+    };
+    let settings = Settings {
+        estimate_errors: true,
+        ..Settings::resolve(&table)
+    };
     let mut outcome = Outcome::default();
     let rows = &mut outcome.rows;
     let (work, _) = on_one_thread(|| {
@@ -209,7 +212,8 @@ fn execute(run: &Run, _: Effort, seed: u64) -> anyhow::Result<Outcome> {
             }
             for place in ["smooth", "edge"] {
                 let mut count = Count::default();
-                let tallies = mapper.errors().tallies().iter().zip(&truth);
+                let tallies = mapper.errors().map_or(&[][..], Errors::tallies);
+                let tallies = tallies.iter().zip(&truth);
                 for (pixel, (tally, &truth)) in tallies.enumerate() {
                     if region(subject, pixel, truth) == place {
                         count.add(tally, truth);

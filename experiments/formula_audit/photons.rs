@@ -266,7 +266,7 @@ fn by_gathered(statistics: Statistics, within: &[Arrival]) -> Statistics {
         &arrivals,
         None,
         Gathered::default(),
-        |_| (1.0, 0.0),
+        |_| (1.0, None),
     );
     statistics.after(gathered.photons as f64, 0.7)
 }

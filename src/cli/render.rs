@@ -215,7 +215,10 @@ impl RenderArgs {
 
     /// The settings, with the passes of `--pass-range` as the planned ones.
     fn settings(&self, scene: &Scene) -> anyhow::Result<Settings> {
-        let mut settings = Settings::resolve(&self.table().or(&scene.render));
+        let mut settings = Settings {
+            estimate_errors: true,
+            ..Settings::resolve(&self.table().or(&scene.render))
+        };
         if let Some(range) = &self.pass_range {
             if !settings.passes_are_independent() {
                 bail!(

@@ -36,7 +36,7 @@ pub struct Progress<'a> {
     pub work: Work,
     /// The picture so far.
     pub film: &'a Film,
-    /// Its estimated errors, by photon mapping.
+    /// Its estimated errors, by photon mapping if the settings ask for them.
     pub errors: Option<&'a Errors>,
 }
 
@@ -54,7 +54,7 @@ pub enum Control {
 pub struct Outcome {
     /// The picture.
     pub film: Film,
-    /// Its estimated errors, by photon mapping.
+    /// Its estimated errors, by photon mapping if the settings ask for them.
     pub errors: Option<Errors>,
     /// Work done.
     pub work: Work,
@@ -133,7 +133,7 @@ impl<'a> Engine<'a> {
     fn errors(&self) -> Option<&Errors> {
         match self {
             Self::Whitted(_) | Self::Path(_) => None,
-            Self::Photon(mapper) => Some(mapper.errors()),
+            Self::Photon(mapper) => mapper.errors(),
         }
     }
 }

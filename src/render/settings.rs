@@ -43,6 +43,10 @@ pub struct Settings {
     /// Index for gathering photons. Never changes a byte.
     #[serde(skip)]
     pub index: IndexName,
+    /// Whether photon mapping estimates its error as it goes: the places of photons must then be read at every hit point. Never changes
+    /// a byte.
+    #[serde(skip)]
+    pub estimate_errors: bool,
     /// Seconds after which no further pass starts.
     #[serde(skip)]
     pub time: Option<f64>,
@@ -98,6 +102,7 @@ impl Settings {
             max_depth: table.max_depth,
             threads: table.threads,
             index: table.index.unwrap_or_default(),
+            estimate_errors: false,
             time: table.time,
         }
     }

@@ -30,14 +30,14 @@ pub fn accepts(hit_point: &HitPoint, photon: &Arrival, max_depth: Option<u32>) -
 }
 
 /// Adds to what a hit point has gathered, in their order, the photons that it accepts of those within its radius: the flux of each
-/// times its weight. `look` gives a photon's weight and its d²/r².
+/// times its weight. `look` gives a photon's weight and, where the bias is to be estimated, its d²/r².
 pub fn gather(
     hit_point: &HitPoint,
     within: &[u32],
     arrivals: &Arrivals,
     max_depth: Option<u32>,
     mut gathered: Gathered,
-    look: impl Fn(u32) -> (f64, f64),
+    look: impl Fn(u32) -> (f64, Option<f64>),
 ) -> Gathered {
     // On flat surfaces, the most common, one comparison stands for those of objects and normals.
     let surface = arrivals.surface(hit_point.object, hit_point.normal);
@@ -62,7 +62,9 @@ pub fn gather(
         };
         let (weight, share) = look(photon);
         gathered.flux += flux * weight;
-        gathered.bias_flux += flux * bias_weight(share);
+        if let Some(share) = share {
+            gathered.bias_flux += flux * bias_weight(share);
+        }
         gathered.photons += 1;
     }
     gathered

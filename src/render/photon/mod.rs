@@ -58,7 +58,8 @@ pub struct PhotonMapper<'a> {
     energy: Energy,
     /// Most photons that lay in memory together.
     most_photons: usize,
-    errors: Errors,
+    /// Where the settings ask for them.
+    errors: Option<Errors>,
 }
 
 /// CPU seconds of the process, all threads, in each phase of the passes so far.
@@ -123,7 +124,8 @@ impl<'a> PhotonMapper<'a> {
                 index: None,
                 energy: Energy::default(),
                 most_photons: 0,
-                errors: Errors::new(scene.film.width as usize * scene.film.height as usize),
+                errors: (settings.estimate_errors)
+                    .then(|| Errors::new(scene.film.width as usize * scene.film.height as usize)),
             }),
         }
     }
@@ -165,9 +167,9 @@ impl<'a> PhotonMapper<'a> {
         &self.energy
     }
 
-    /// The estimated errors of the mean of all passes so far.
-    pub fn errors(&self) -> &Errors {
-        &self.errors
+    /// The estimated errors of the mean of all passes so far, if the settings ask for them.
+    pub fn errors(&self) -> Option<&Errors> {
+        self.errors.as_ref()
     }
 
     /// The hit points of the last pass.
@@ -282,6 +284,7 @@ impl<'a> PhotonMapper<'a> {
             seed,
             max_depth,
             kernel,
+            estimate_errors,
             ..
         } = *self.settings;
         let hit_points = &self.view.hit_points;
@@ -310,15 +313,20 @@ impl<'a> PhotonMapper<'a> {
                 let share = |photon: u32| {
                     points[photon as usize].distance_squared(hit_point.point) / radii_squared[item]
                 };
-                match kernel {
-                    Kernel::Disc => {
-                        let look = |photon| (1.0, share(photon));
+                // The places of photons are read only where something depends on them.
+                match (kernel, estimate_errors) {
+                    (Kernel::Disc, false) => {
+                        let look = |_| (1.0, None);
                         gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
                     }
-                    _ => {
+                    (_, false) => {
+                        let look = |photon| (kernel.weight(share(photon)), None);
+                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
+                    }
+                    (_, true) => {
                         let look = |photon| {
                             let share = share(photon);
-                            (kernel.weight(share), share)
+                            (kernel.weight(share), Some(share))
                         };
                         gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
                     }
@@ -353,7 +361,9 @@ impl<'a> PhotonMapper<'a> {
             samples[pixel] += gather::radiance(hit_point, gathered, square, emitted);
             biases[pixel] += share * gather::bias(hit_point, gathered, square, emitted);
         }
-        self.errors.add(&samples, &biases);
+        if let Some(errors) = &mut self.errors {
+            errors.add(&samples, &biases);
+        }
         for (pixel, sample) in film.pixels_mut().iter_mut().zip(samples) {
             pixel.add(sample);
         }

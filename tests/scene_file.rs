@@ -322,7 +322,7 @@ fn an_override_that_breaks_is_named() {
         &[("material.wood.diffuse.reflectance", "[1, 1, 1]")],
     )
     .unwrap_err();
-    assert!(found.starts_with("x.toml:44:11: diffuse = {"), "{found}");
+    assert!(found.starts_with("x.toml:46:11: diffuse = {"), "{found}");
     assert!(
         found.ends_with("expected exactly one of reflectance, texture, checker (after --set material.wood.diffuse.reflectance=[1, 1, 1])"),
         "{found}"

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use photolathe::geometry::ray::Ray;
 use photolathe::numeric::work::Work;
 use photolathe::render::film::Film;
-use photolathe::render::photon::camera::{HitPoint, Sampling, View, view};
+use photolathe::render::photon::camera::{HitPoint, PIXELS_PER_RADIUS, Sampling, View, view};
 use photolathe::render::photon::trace::trace;
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
@@ -142,7 +142,7 @@ fn a_hit_point_knows_the_length_events_and_weight_of_its_path() {
         for hit_point in &view.hit_points {
             assert_eq!((hit_point.events, hit_point.object), (events, 0));
             assert_eq!(hit_point.normal, DVec3::Y);
-            let radius = 3.0 * scene.camera.pixel_size(1) * length;
+            let radius = PIXELS_PER_RADIUS * scene.camera.pixel_size(1) * length;
             assert!((hit_point.first_radius_squared / (radius * radius) - 1.0).abs() < 1e-6);
             // The error of a hit straight below: the two points differ by a picture of 10⁻⁴.
             assert!((hit_point.least_radius_squared / (least * least) - 1.0).abs() < 1e-3);

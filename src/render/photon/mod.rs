@@ -30,10 +30,11 @@ use error::Errors;
 use gather::Gathered;
 use glam::DVec3;
 use radius::{Schedule, Statistics};
+use rayon::prelude::*;
 use trace::{Energy, Photons};
 
 /// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons.
-const BATCH: u64 = 1 << 15;
+const BATCH: u64 = 50_000;
 /// Most camera samples of a pass; their hit points take about 200 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
 
@@ -245,7 +246,7 @@ impl<'a> PhotonMapper<'a> {
         let common = self.schedule.shrink(pass);
         self.view
             .hit_points
-            .iter()
+            .par_iter()
             .enumerate()
             .map(|(index, hit_point)| {
                 let shrink = match self.settings.rule {
@@ -264,7 +265,8 @@ impl<'a> PhotonMapper<'a> {
         let index = match old {
             Some(mut index) => index.set_radii_squared(radii_squared).map(|()| index),
             None => {
-                let centers = self.view.hit_points.iter().map(|hit| hit.point).collect();
+                let hit_points = self.view.hit_points.par_iter();
+                let centers = hit_points.map(|hit| hit.point).collect();
                 Balls::new(centers, radii_squared.clone())
                     .map(|balls| Index::new(self.settings.index, balls))
             }
@@ -333,13 +335,15 @@ impl<'a> PhotonMapper<'a> {
                 }
             };
             let reached = index.join(&points, &gather, work);
-            for (sum, now) in sums.iter_mut().zip(reached) {
+            let more = sums.par_iter_mut().zip(reached).map(|(sum, now)| {
                 // A hit point without photons in the batch keeps what it had.
-                if now.photons > sum.photons {
-                    work.photons_gathered += now.photons - sum.photons;
+                let more = now.photons.saturating_sub(sum.photons);
+                if more > 0 {
                     *sum = now;
                 }
-            }
+                more
+            });
+            work.photons_gathered += more.sum::<u64>();
             phases.gather += clock.seconds();
             done += count;
         }
@@ -349,24 +353,32 @@ impl<'a> PhotonMapper<'a> {
     /// Adds the pass's sample to every pixel: emission, and the hit points in their order.
     fn add_to(&mut self, film: &mut Film, gathered: &[Gathered]) {
         let emitted = self.settings.photons as f64;
-        let mut samples = self.view.emission.clone();
-        let mut biases = vec![Rgb::ZERO; samples.len()];
+        let rule = self.settings.rule;
         // What is gathered estimates the bias of the disc, (r²/8) ∇²E; the kernel's is (r²/4) ∫sw ∇²E.
         let share = 2.0 * self.settings.kernel.moment(1);
-        let radii = self.view.hit_points.iter().zip(&self.radii_squared);
-        for ((hit_point, radius_squared), gathered) in radii.zip(gathered) {
-            let rule = self.settings.rule;
-            let square = rule.divisor(hit_point.first_radius_squared, *radius_squared);
+        let hit_points = self.view.hit_points.par_iter().zip(&self.radii_squared);
+        let readings: Vec<[Rgb; 2]> = hit_points
+            .zip(gathered)
+            .map(|((hit_point, &radius_squared), gathered)| {
+                let square = rule.divisor(hit_point.first_radius_squared, radius_squared);
+                let bias = share * gather::bias(hit_point, gathered, square, emitted);
+                [gather::radiance(hit_point, gathered, square, emitted), bias]
+            })
+            .collect();
+        let mut samples = self.view.emission.clone();
+        let mut biases = vec![Rgb::ZERO; samples.len()];
+        for (hit_point, [radiance, bias]) in self.view.hit_points.iter().zip(readings) {
             let pixel = hit_point.pixel as usize;
-            samples[pixel] += gather::radiance(hit_point, gathered, square, emitted);
-            biases[pixel] += share * gather::bias(hit_point, gathered, square, emitted);
+            samples[pixel] += radiance;
+            biases[pixel] += bias;
         }
         if let Some(errors) = &mut self.errors {
             errors.add(&samples, &biases);
         }
-        for (pixel, sample) in film.pixels_mut().iter_mut().zip(samples) {
-            pixel.add(sample);
-        }
+        let pixels = film.pixels_mut().par_iter_mut();
+        pixels
+            .zip(samples)
+            .for_each(|(pixel, sample)| pixel.add(sample));
     }
 
     /// Updates the statistics of the local rule.

@@ -16,6 +16,14 @@ pub(super) struct Bracket {
     pub(super) tip: bool,
 }
 
+impl Bracket {
+    /// Sign of the polynomial's slope at the root: 1 or −1.
+    #[inline(always)]
+    pub(super) fn slope(&self) -> f64 {
+        if self.falls { -1.0 } else { 1.0 }
+    }
+}
+
 /// The brackets of one piece, by rising parameter.
 pub(super) struct Brackets {
     list: [Bracket; CAPACITY],

@@ -91,7 +91,8 @@ pub(super) struct Queue {
     low: Vector,
     high: Vector,
     guess: Vector,
-    falls: [bool; LANES],
+    /// Sign of the slope at the root: 1 or −1.
+    slope: Vector,
     /// Number of the ray in the block, and place of the piece in its order.
     asker: [(usize, usize); LANES],
     len: usize,
@@ -104,7 +105,7 @@ impl Queue {
         low: [0.0; LANES],
         high: [0.0; LANES],
         guess: [0.0; LANES],
-        falls: [false; LANES],
+        slope: [0.0; LANES],
         asker: [(0, 0); LANES],
         len: 0,
     };
@@ -128,7 +129,7 @@ impl Queue {
         self.low[lane] = bracket.low;
         self.high[lane] = bracket.high;
         self.guess[lane] = bracket.guess;
-        self.falls[lane] = bracket.falls;
+        self.slope[lane] = bracket.slope();
         self.asker[lane] = asker;
         self.len += 1;
         self.len == LANES
@@ -143,7 +144,13 @@ impl Queue {
         let mut sure = [0_u64; LANES];
         for lane in 0..LANES {
             let range = [self.low[lane], self.high[lane]];
-            let refined = refine(curve, &self.aim(lane), range, self.guess[lane]);
+            let refined = refine(
+                curve,
+                &self.aim(lane),
+                range,
+                self.guess[lane],
+                self.slope[lane],
+            );
             u[lane] = refined.root.u;
             t[lane] = refined.root.t;
             tolerance[lane] = refined.root.tolerance;
@@ -180,7 +187,7 @@ impl Queue {
             low: self.low[lane],
             high: self.high[lane],
             guess: self.guess[lane],
-            falls: self.falls[lane],
+            falls: self.slope[lane] < 0.0,
             tip: false,
         };
         let first = Refined {

@@ -14,7 +14,7 @@ pub(super) struct Refined {
     pub(super) root: Root,
     /// Size of the last step.
     pub(super) change: f64,
-    /// Whether the steps converged to the root in the bracket, away from its ends.
+    /// Whether the steps converged to the root in the bracket.
     pub(super) sure: bool,
 }
 
@@ -32,11 +32,18 @@ const SETTLED: f64 = 1e-11;
 const FORETOLD: f64 = 1e-17;
 
 /// The root in a bracket: two steps of third order on f(u), then one of Newton's on both equations. For rays that are not nearly
-/// level.
+/// level. `slope` has the sign of f′ at the root: the steps may also end at a root just beyond an end, put on it by rounding (that of
+/// the next piece, for a ray through the joint), but there f′ has the other sign.
 #[inline(always)]
-pub(super) fn refine(curve: &Cubics, aim: &Aim, bracket: [f64; 2], guess: f64) -> Refined {
-    let (u, first) = householder(curve, aim, bracket, guess);
-    let (u, second) = householder(curve, aim, bracket, u);
+pub(super) fn refine(
+    curve: &Cubics,
+    aim: &Aim,
+    bracket: [f64; 2],
+    guess: f64,
+    slope: f64,
+) -> Refined {
+    let (u, first, _) = householder(curve, aim, bracket, guess);
+    let (u, second, slope_there) = householder(curve, aim, bracket, u);
     let (h, _) = cubic(&curve.height, u);
     let t = (h - aim.o.y) * aim.rise;
     let (root, change) = aim.newton(curve, u, t);
@@ -44,7 +51,10 @@ pub(super) fn refine(curve: &Cubics, aim: &Aim, bracket: [f64; 2], guess: f64) -
     Refined {
         root,
         change,
-        sure: converges & (change < SETTLED) & inside(bracket, root.u),
+        sure: converges
+            & (change < SETTLED)
+            & inside(bracket, root.u)
+            & (slope * slope_there > 0.0),
     }
 }
 
@@ -62,7 +72,9 @@ pub(super) fn refine_more(
     let converges = change < QUADRATIC * first.change;
     // The step to come is foretold from the last two.
     let settled = change * change * change < FORETOLD * (first.change * first.change);
-    if converges && settled && inside([bracket.low, bracket.high], root.u) {
+    let slope = aim.derivatives(curve, root.u)[1];
+    let rightly = inside([bracket.low, bracket.high], root.u) && slope * bracket.slope() > 0.0;
+    if converges && settled && rightly {
         return root;
     }
     find(curve, aim, bracket, steps)
@@ -75,25 +87,21 @@ pub(super) fn find(curve: &Cubics, aim: &Aim, bracket: &Bracket, steps: &mut u64
     aim.root_at(curve, u)
 }
 
-/// Nearer to an end than this share of the bracket, the steps may have found a root beyond the end, put on it by rounding: that of
-/// the next piece, for a ray through the joint. [`search`] tells them apart by the sign at the end, which is certain.
-const NEAR_AN_END: f64 = 1.0 / 4096.0;
-
 #[inline(always)]
 fn inside([low, high]: [f64; 2], u: f64) -> bool {
-    let margin = NEAR_AN_END * (high - low);
-    (u - low >= margin) & (high - u >= margin)
+    (u >= low) & (u <= high)
 }
 
-/// One step of Householder's method of third order (fourfold the digits), kept inside the bracket, with its size.
+/// One step of Householder's method of third order (fourfold the digits), kept inside the bracket, with its size and the slope where it
+/// began.
 #[inline(always)]
-fn householder(curve: &Cubics, aim: &Aim, [low, high]: [f64; 2], u: f64) -> (f64, f64) {
+fn householder(curve: &Cubics, aim: &Aim, [low, high]: [f64; 2], u: f64) -> (f64, f64, f64) {
     let [f, f1, f2, f3] = aim.derivatives(curve, u);
     let square = f1 * f1;
     let step =
         f * (square - 0.5 * (f * f2)) / (f1 * (square - f * f2) + (f * f) * f3 * (1.0 / 6.0));
     let next = clamped(u - step, low, high);
-    (next, (next - u).abs())
+    (next, (next - u).abs(), f1)
 }
 
 /// A step this short ends the search: Newton's error after it is of the order of its square, and the polish that follows squares

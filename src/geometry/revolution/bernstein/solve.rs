@@ -198,7 +198,13 @@ impl Line {
         }
         work.solver_iterations += STEPS;
         let range = [bracket.low, bracket.high];
-        let refined = refine(&piece.curve, &self.aim, range, bracket.guess);
+        let refined = refine(
+            &piece.curve,
+            &self.aim,
+            range,
+            bracket.guess,
+            bracket.slope(),
+        );
         if refined.sure {
             return refined.root;
         }

@@ -1,4 +1,4 @@
-//! Fixed-radius search: N hit points on walls, 10⁵ photons, half of them in a disc of 1 % of the area, radii such that a photon
+//! Fixed-radius search by every index: N hit points on walls, 10⁵ photons, half of them in a disc of 1 % of the area, radii such that a photon
 //! meets about 20 hit points, equal or log-uniform over a factor 30. And a whole photon pass over a box.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -7,9 +7,8 @@ use photolathe::geometry::planar::Quad;
 use photolathe::geometry::revolution::Solver;
 use photolathe::geometry::shape::Shape;
 use photolathe::geometry::sphere::Sphere;
-use photolathe::index::kdtree::{KdTree, Split};
-use photolathe::index::linear::Linear;
-use photolathe::index::{BallIndex, Balls};
+use photolathe::index::choice::Index;
+use photolathe::index::{BallIndex, Balls, curve};
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::work::Work;
 use photolathe::render::film::Film;
@@ -18,7 +17,7 @@ use photolathe::render::settings::Settings;
 use photolathe::scene::camera::{Camera, CameraDescription};
 use photolathe::scene::light::{Emitter, Light, Lights};
 use photolathe::scene::material::{Dielectric, Emission, Material, Pattern, Side};
-use photolathe::scene::options::{Integrator, RenderTable};
+use photolathe::scene::options::{IndexName, Integrator, RenderTable};
 use photolathe::scene::{FilmSize, Object, Rgb, Scene};
 use std::f64::consts::PI;
 use std::hint::black_box;
@@ -84,47 +83,52 @@ fn count(index: &impl BallIndex, queries: &[DVec3]) -> u64 {
     counts.into_iter().sum()
 }
 
+const INDICES: [IndexName; 5] = [
+    IndexName::Kdtree,
+    IndexName::KdtreeCycling,
+    IndexName::Grid,
+    IndexName::Wide,
+    IndexName::WidePhotons,
+];
+
 fn search(criterion: &mut Criterion) {
     let queries = photons();
+    let along: Vec<DVec3> = curve::order(&queries)
+        .into_iter()
+        .map(|query| queries[query as usize])
+        .collect();
     for (name, logarithmic) in [("equal", false), ("log", true)] {
         let mut group = criterion.benchmark_group(format!("search/{name}"));
         group.sample_size(10);
         for n in [10_000, 100_000] {
             let balls = hit_points(n, logarithmic);
-            let tree = KdTree::new(&balls, Split::Widest);
-            let results = count(&tree, &queries);
-            group.throughput(Throughput::Elements(results));
-            group.bench_with_input(BenchmarkId::new("kdtree join", n), &tree, |b, tree| {
-                b.iter(|| count(tree, black_box(&queries)));
-            });
-            group.bench_with_input(BenchmarkId::new("kdtree single", n), &tree, |b, tree| {
-                b.iter(|| {
-                    let mut found = 0_u64;
-                    for &query in &queries {
-                        tree.visit(query, &mut Work::default(), &mut |_| found += 1);
-                    }
-                    found
+            for kind in INDICES {
+                let index = Index::new(kind, balls.clone());
+                let bench = |text: &str| BenchmarkId::new(format!("{kind:?} {text}"), n);
+                group.throughput(Throughput::Elements(count(&index, &along)));
+                group.bench_with_input(bench("join"), &index, |b, index| {
+                    b.iter(|| count(index, black_box(&along)));
                 });
-            });
-            group.throughput(Throughput::Elements(n as u64));
-            group.bench_with_input(BenchmarkId::new("kdtree build", n), &balls, |b, balls| {
-                b.iter(|| KdTree::new(black_box(balls), Split::Widest));
-            });
+                group.throughput(Throughput::Elements(n as u64));
+                group.bench_with_input(bench("build"), &balls, |b, balls| {
+                    b.iter(|| Index::new(kind, black_box(balls).clone()));
+                });
+            }
         }
         // The scan of all queries takes minutes: a hundredth of them.
-        let balls = hit_points(10_000, logarithmic);
         let few: Vec<DVec3> = queries.iter().copied().step_by(100).collect();
-        let linear = Linear::new(balls);
+        let linear = Index::new(IndexName::Linear, hit_points(10_000, logarithmic));
         group.throughput(Throughput::Elements(count(&linear, &few)));
-        group.bench_with_input(
-            BenchmarkId::new("linear join", 10_000),
-            &linear,
-            |b, linear| {
-                b.iter(|| count(linear, black_box(&few)));
-            },
-        );
+        let id = BenchmarkId::new("Linear join", 10_000);
+        group.bench_with_input(id, &linear, |b, linear| {
+            b.iter(|| count(linear, black_box(&few)));
+        });
         group.finish();
     }
+    let mut group = criterion.benchmark_group("search/order");
+    group.throughput(Throughput::Elements(QUERIES as u64));
+    group.bench_function("curve", |b| b.iter(|| curve::order(black_box(&queries))));
+    group.finish();
 }
 
 fn material(diffuse: f64) -> Material {

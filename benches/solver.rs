@@ -1,8 +1,9 @@
 //! Time of one ray against a surface of revolution, by solver, family and instruction set, alone and in batches.
 
-#[path = "../tests/solver/rays.rs"]
-mod rays;
+#[path = "../tests/solver/aim.rs"]
+mod aim;
 
+use aim::{all_rays, rays};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use photolathe::experiments::solvers::library::Library;
@@ -12,14 +13,10 @@ use photolathe::geometry::revolution::bernstein::Prepared;
 use photolathe::geometry::revolution::clipping::ClippingSettings;
 use photolathe::geometry::revolution::newton::NewtonSettings;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver};
+use photolathe::lab::families::Family;
 use photolathe::numeric::simd::Vectors;
 use photolathe::numeric::work::Work;
 use std::hint::black_box;
-
-fn rays_of(profile: &Profile, family: rays::Family, count: u64) -> Vec<Ray> {
-    let ray = |i| rays::ray(profile, family, i);
-    (0..count).map(ray).collect()
-}
 
 /// Every family is a benchmark of the default solver; the others see random rays only.
 fn solvers(criterion: &mut Criterion) {
@@ -27,8 +24,8 @@ fn solvers(criterion: &mut Criterion) {
     group.sample_size(20);
     for (name, profile) in [("cup", Profile::cup()), ("hourglass", Profile::hourglass())] {
         let shape = Revolution::new(profile, Placement::identity());
-        for family in rays::FAMILIES {
-            let rays = rays_of(shape.profile(), family, 1_000);
+        for (family, _) in all_rays(&shape, 1) {
+            let rays = rays(&shape, family, 1_000);
             alone(
                 &mut group,
                 &format!("{name}/bernstein/{family:?}"),
@@ -50,7 +47,7 @@ fn solvers(criterion: &mut Criterion) {
             ("newton30", newton, 20),
             ("exact", Solver::Exact, 20),
         ] {
-            let rays = rays_of(shape.profile(), rays::Family::Random, count);
+            let rays = rays(&shape, Family::Random, count);
             alone(
                 &mut group,
                 &format!("{name}/{label}/Random"),
@@ -60,7 +57,7 @@ fn solvers(criterion: &mut Criterion) {
             );
         }
         rival(&mut group, &format!("{name}/polycool/Random"), &shape);
-        sets(&mut group, name, shape.profile());
+        sets(&mut group, name, &shape);
     }
     group.finish();
 }
@@ -104,7 +101,7 @@ fn together(
 
 fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, shape: &Revolution) {
     let library = Library::new(shape.profile(), 1e-14);
-    let rays = rays_of(shape.profile(), rays::Family::Random, 1_000);
+    let rays = rays(shape, Family::Random, 1_000);
     group.throughput(Throughput::Elements(rays.len() as u64));
     group.bench_function(label, |bencher| {
         bencher.iter(|| {
@@ -116,11 +113,11 @@ fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, shape: &Revoluti
 }
 
 /// What the instruction sets buy, with the same bits.
-fn sets(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, profile: &Profile) {
-    let rays = rays_of(profile, rays::Family::Random, 1_000);
+fn sets(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, shape: &Revolution) {
+    let rays = rays(shape, Family::Random, 1_000);
     let mut found = vec![None; rays.len()];
     for vectors in Vectors::all() {
-        let prepared = Prepared::new(profile).with_vectors(vectors);
+        let prepared = Prepared::new(shape.profile()).with_vectors(vectors);
         group.bench_function(format!("{name}/{vectors}/Random"), |bencher| {
             bencher.iter(|| {
                 let mut work = Work::default();

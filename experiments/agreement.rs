@@ -13,10 +13,10 @@ use serde::Deserialize;
 /// Block means by an independent renderer; see golden/reference/README.md.
 const REFERENCE: &str = include_str!("../golden/reference/blocks.json");
 
-/// Side of a block in pixels.
-const BLOCK: usize = 16;
 /// Blocks per side of a picture.
 const BLOCKS: usize = 16;
+/// First radius of the methods whose pictures are smaller than the reference: about three of the reference's pixels.
+const RADIUS: f64 = 0.035;
 
 /// Chance of a false alarm over all blocks of one picture.
 const LEVEL: f64 = 1e-7;
@@ -47,6 +47,11 @@ const SCENES: [Subjected; 2] = [
 struct Method {
     name: &'static str,
     replicates: i64,
+    /// Side of the picture in pixels: a block of the reference is a sixteenth of it, whatever it is.
+    side: u32,
+    /// Photons of a pass, and passes for each of the budget.
+    photons: u32,
+    passes: u32,
     /// Bias of a block's mean, relative to it: nothing for path; for photon maps what the first radius leaves at corners and
     /// edges, where the kernel reaches past the surface.
     block_bias: f64,
@@ -54,16 +59,40 @@ struct Method {
     image_bias: f64,
 }
 
-const METHODS: [Method; 2] = [
+const METHODS: [Method; 4] = [
     Method {
         name: "path",
         replicates: 8,
+        side: 256,
+        photons: 0,
+        passes: 1,
         block_bias: 0.0,
         image_bias: 0.0,
     },
     Method {
         name: "ppm",
         replicates: 5,
+        side: 256,
+        photons: 100_000,
+        passes: 1,
+        block_bias: 0.06,
+        image_bias: 0.005,
+    },
+    Method {
+        name: "sppm",
+        replicates: 5,
+        side: 64,
+        photons: 20_000,
+        passes: 3,
+        block_bias: 0.06,
+        image_bias: 0.005,
+    },
+    Method {
+        name: "pppm",
+        replicates: 5,
+        side: 64,
+        photons: 20_000,
+        passes: 3,
         block_bias: 0.06,
         image_bias: 0.005,
     },
@@ -75,7 +104,7 @@ pub const EXPERIMENT: Experiment = Experiment {
     question: "Do path tracing and photon mapping draw what an independent renderer draws?",
     prediction: "Every 16 × 16-pixel block has the reference's mean, within noise and the reference's own known error (float32, a mesh in \
                  place of the profile); for photon maps also within the bias that the gather radius leaves at corners.",
-    method: "Independent renders of the box and the hourglass at the reference's size; Student's interval over replicates, the reference's \
+    method: "Independent renders of the box and the hourglass, at the reference's size or a quarter of it; Student's interval over replicates, the reference's \
              standard error added, for each block mean. The reference is Mitsuba 3.9.1, path, 11392 and 23040 samples a pixel, at most 15 scattering events as here.",
     columns: &[
         "scene",
@@ -89,7 +118,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "render_s",
     ],
     timed: false,
-    cpu_seconds: [23.5, 375.0, 6000.0],
+    cpu_seconds: [33.0, 520.0, 8000.0],
     plan,
     execute,
     conclude,
@@ -114,6 +143,12 @@ fn reference(letter: &str) -> anyhow::Result<Reference> {
         .ok_or_else(|| anyhow::anyhow!("the reference has no scene {letter}"))
 }
 
+/// Mean radiance of the blocks of the reference of this letter, row by row from the top.
+pub(super) fn block_means(letter: &str) -> anyhow::Result<Vec<f64>> {
+    let blocks = reference(letter)?.mean;
+    Ok(blocks.into_iter().flatten().map(grey).collect())
+}
+
 fn plan(_: Effort) -> Vec<Run> {
     let of = |scene: &Subjected, method: &Method| {
         grid([
@@ -128,7 +163,7 @@ fn plan(_: Effort) -> Vec<Run> {
         .collect()
 }
 
-/// Camera samples a pixel of `path`; passes of 100 000 photons of `ppm`.
+/// Camera samples a pixel of `path`; of the others, in units of [`Method::passes`].
 fn budget(effort: Effort) -> u32 {
     effort.of([4, 64, 1024])
 }
@@ -137,19 +172,26 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let (name, integrator) = (run.text("scene"), run.text("integrator"));
     let subject = SCENES.iter().find(|scene| scene.name == name);
     let subject = subject.ok_or_else(|| anyhow::anyhow!("no scene {name}"))?;
+    let method = METHODS.iter().find(|method| method.name == integrator);
+    let method = method.ok_or_else(|| anyhow::anyhow!("no integrator {integrator}"))?;
     let budget = budget(effort);
     let spp = if integrator == "path" { budget } else { 4 };
-    let sets = [
+    let mut sets = vec![
+        ("film.width", method.side.into()),
+        ("film.height", method.side.into()),
         ("render.integrator", integrator.into()),
         ("render.spp", spp.into()),
-        ("render.passes", budget.into()),
-        ("render.photons", 100_000.into()),
+        ("render.passes", (budget * method.passes).into()),
+        ("render.photons", method.photons.into()),
         // The reference's own limit: without it the hourglass is 0.25 % brighter.
         ("render.max_depth", 15.into()),
     ];
+    if method.side < 256 {
+        sets.push(("render.radius", RADIUS.into()));
+    }
     let rendered = render(&name, &sets, seed)?;
     let truth = reference(subject.letter)?;
-    let rows = blocks(&rendered.picture(), BLOCK)
+    let rows = blocks(&rendered.picture(), method.side as usize / BLOCKS)
         .into_iter()
         .enumerate()
         .map(|(index, block)| {

@@ -3,6 +3,7 @@
 mod conclusion;
 mod method;
 mod pair;
+mod pictures;
 mod plots;
 
 use crate::geometry::revolution::Solver;
@@ -29,7 +30,7 @@ pub const EXPERIMENT: Experiment = Experiment {
                  and ~ 1/n by their normals. Found instead: ~ √ε for offset and tolerance above 1e-6, slower still below, and ~ n^-.4: paths that are long inside the \
                  glass amplify any error, so that the share of flips falls much more slowly than the error. Only flips before the first \
                  specular event fall as 1/n or faster.",
-    method: "Scene cup, path tracer, 12 × 9 pixels. Every camera path is traced twice with the same random numbers, which are keyed by \
+    method: "Scene cup, path tracer, 8 × 6 pixels. Every camera path is traced twice with the same random numbers, which are keyed by \
              pixel, pass and seed and drawn in the path's own order, so that a flip disturbs no other path: by the true intersector (for \
              bernstein: exact arithmetic; for all others: bernstein) and by the method. A flip is the first step whose object, piece or \
              event differs; its depth is the number of specular events before it; `light` counts paths with the same steps of which one \
@@ -38,7 +39,7 @@ pub const EXPERIMENT: Experiment = Experiment {
              answer to the same query is a fault if it is a miss, a phantom, or another crossing (other piece, other side, or .1 away). \
              `bias` is the sum of radiance differences of the row's paths over all paths, so rows add up, with its standard error \
              from the paths; intervals of claims are over replicates. Newton's rays start four accepted residuals off the surface \
-             (experiment eps). `flat` is judged on rays that do not start at the cup.",
+             (experiment eps). Rows of `picture of METHOD` are pixels of a larger picture, numbered by `replicate` row by row. `flat` is judged on rays that do not start at the cup.",
     columns: &[
         "method",
         "parameter",
@@ -56,14 +57,14 @@ pub const EXPERIMENT: Experiment = Experiment {
         "drift",
     ],
     timed: false,
-    cpu_seconds: [8.0, 160.0, 3200.0],
+    cpu_seconds: [4.5, 180.0, 3500.0],
     plan,
     execute,
     conclude: conclusion::conclude,
 };
 
 /// Size of the picture in pixels: the mean over it is what counts.
-const FILM: (u32, u32) = (12, 9);
+const FILM: (u32, u32) = (8, 6);
 /// Each with random numbers of its own.
 const REPLICATES: u64 = 8;
 
@@ -74,19 +75,19 @@ fn plan(_: Effort) -> Vec<Run> {
             ("parameter", values(family.parameters().iter().copied())),
         ])
     });
-    runs.collect()
+    runs.chain(pictures::plan()).collect()
 }
 
 /// Passes over the picture: what the method's share of CPU seconds pays for, by the measured cost of a pair of paths in µs.
 fn passes(family: Family, parameter: f64, effort: Effort) -> u64 {
     let (cost, seconds) = match family {
-        Family::Bernstein => (600.0, [0.5, 12.0, 240.0]),
-        Family::Starts => (10.0 + 5.3 * parameter, [0.3, 12.0, 240.0]),
-        Family::Tolerance => (170.0, [0.15, 4.0, 80.0]),
+        Family::Bernstein => (600.0, [0.2, 12.0, 240.0]),
+        Family::Starts => (10.0 + 5.3 * parameter, [0.15, 12.0, 240.0]),
+        Family::Tolerance => (170.0, [0.1, 4.0, 80.0]),
         // Starts on the surface are what f64 cannot decide: exact arithmetic answers.
-        Family::Offset if parameter < 1e-13 => (600.0, [0.3, 3.0, 60.0]),
-        Family::Offset => (10.0, [0.08, 3.0, 60.0]),
-        Family::Flat => (10.0 + 0.08 * parameter, [0.1, 4.0, 80.0]),
+        Family::Offset if parameter < 1e-13 => (600.0, [0.15, 3.0, 60.0]),
+        Family::Offset => (10.0, [0.05, 3.0, 60.0]),
+        Family::Flat => (10.0 + 0.08 * parameter, [0.06, 4.0, 80.0]),
     };
     let paths = effort.of(seconds) * 1e6 / cost;
     let paths_a_pass = f64::from(FILM.0 * FILM.1) * REPLICATES as f64;
@@ -94,10 +95,13 @@ fn passes(family: Family, parameter: f64, effort: Effort) -> u64 {
 }
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
+    if let Some(family) = pictures::shown(&run.text("method")) {
+        return pictures::execute(run, family, effort, seed);
+    }
     let family = Family::named(&run.text("method"))
         .ok_or_else(|| anyhow::anyhow!("unknown run {}", run.name()))?;
     let parameter = run.number("parameter");
-    let bench = Bench::new(family, parameter)?;
+    let bench = Bench::new(family, parameter, FILM)?;
     let passes = passes(family, parameter, effort);
     let mut outcome = Outcome::default();
     for replicate in 0..REPLICATES {
@@ -119,11 +123,12 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(family: Family, parameter: f64) -> anyhow::Result<Self> {
-        let (scene, cup) = scene(match family {
+    fn new(family: Family, parameter: f64, film: (u32, u32)) -> anyhow::Result<Self> {
+        let solver = match family {
             Family::Bernstein => Solver::Exact,
             _ => Solver::Bernstein,
-        })?;
+        };
+        let (scene, cup) = scene(solver, film)?;
         Ok(Self {
             method: Method::new(family, parameter, &scene, cup),
             scene,
@@ -131,7 +136,7 @@ impl Bench {
         })
     }
 
-    /// Traces every pixel's path of these passes twice; `take` gets the pairs.
+    /// Traces every pixel's path of these passes twice; `take` gets the pairs, pixel after pixel and pass after pass.
     fn trace(
         &self,
         seed: u64,
@@ -156,8 +161,8 @@ impl Bench {
         };
         let mut faults = Default::default();
         for pass in 0..passes {
-            for y in 0..FILM.1 {
-                for x in 0..FILM.0 {
+            for y in 0..self.scene.film.height {
+                for x in 0..self.scene.film.width {
                     take(tracer.trace([x, y], pass, &mut faults, work));
                 }
             }
@@ -167,16 +172,20 @@ impl Bench {
 }
 
 /// The scene, its revolution surface to be asked by `solver`, and the place of that among the objects.
-fn scene(solver: Solver) -> anyhow::Result<(Scene, usize)> {
+fn scene(solver: Solver, (width, height): (u32, u32)) -> anyhow::Result<(Scene, usize)> {
     let size = [
-        ("film.width", i64::from(FILM.0).into()),
-        ("film.height", i64::from(FILM.1).into()),
+        ("film.width", i64::from(width).into()),
+        ("film.height", i64::from(height).into()),
     ];
     let scene = rendering::scene("cup", &size)?;
     let cup = (scene.objects.iter())
         .position(|object| matches!(object.shape, Shape::Revolution(_)))
         .ok_or_else(|| anyhow::anyhow!("the scene has no surface of revolution"))?;
     Ok((Scene { solver, ..scene }, cup))
+}
+
+fn grey(rgb: Rgb) -> f64 {
+    rgb.element_sum() / 3.0
 }
 
 /// Paths that went apart in the same way.
@@ -201,7 +210,6 @@ struct Tally {
 
 impl Tally {
     fn add(&mut self, pair: &Pair) {
-        let grey = |rgb: Rgb| rgb.element_sum() / 3.0;
         self.truth.add(grey(pair.truth));
         let class = match pair.flip {
             Flip::None => {
@@ -278,7 +286,7 @@ mod tests {
     fn pairs(family: Family, parameter: f64, seed: u64) -> Vec<Pair> {
         let mut pairs = Vec::new();
         let mut take = |pair| pairs.push(pair);
-        let bench = Bench::new(family, parameter).unwrap();
+        let bench = Bench::new(family, parameter, (12, 9)).unwrap();
         bench.trace(seed, 2, &mut Work::default(), &mut take);
         pairs
     }

@@ -5,6 +5,7 @@ mod rays;
 
 use crate::geometry::hit::Crossing;
 use crate::geometry::ray::Ray;
+use crate::geometry::revolution::clipping::ClippingSettings;
 use crate::geometry::revolution::newton::NewtonSettings;
 use crate::geometry::revolution::{Revolution, Solver, exact};
 use crate::lab::experiment::{Effort, Experiment, Outcome, Run, grid, values};
@@ -77,7 +78,7 @@ fn rays(effort: Effort) -> u64 {
     effort.of([40, 1_000, 20_000])
 }
 
-/// A solver under test, with the relative residual that it accepts.
+/// A solver under test, with the relative residual that it accepts (of clipping: the width in u of a root).
 struct Entry {
     name: String,
     solver: Solver,
@@ -104,8 +105,21 @@ fn entries() -> Vec<Entry> {
         }),
         tolerance,
     });
-    certain.into_iter().chain(newton).collect()
+    let clipping = ClippingSettings::default();
+    let clipping = Entry {
+        name: CLIPPING.to_owned(),
+        solver: Solver::Clipping(clipping),
+        tolerance: clipping.tolerance,
+    };
+    certain
+        .into_iter()
+        .chain(newton)
+        .chain([clipping])
+        .collect()
 }
+
+/// Bezier clipping in the table.
+const CLIPPING: &str = "clipping";
 
 fn newton_name(tolerance: f64) -> String {
     format!("newton {tolerance:e}")

@@ -405,7 +405,7 @@ fn what_cannot_be_split_or_joined_is_refused_with_one_error() {
     for (setting, words) in [
         ("--seed 1", "seed differs: 1 against 0"),
         ("--alpha 0.5", "alpha differs: 0.5"),
-        ("--photons 401", "photons differs"),
+        ("--max-depth 9", "max_depth differs: 9 against null"),
         ("--set film.width=13", "size differs"),
         ("--set camera.vertical_fov_deg=31", "scene_hash differs"),
     ] {

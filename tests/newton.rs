@@ -1,5 +1,7 @@
 //! The Newton solver: its equations, its order, its promises, and the hard cases it may fail but must survive.
 
+#[path = "solver/newton_cases.rs"]
+mod newton_cases;
 #[path = "solver/rivals.rs"]
 mod rivals;
 
@@ -368,85 +370,6 @@ fn a_level_ray_is_missed_without_a_nan() {
             assert!(found.iter().all(|t| t.is_finite()));
         }
     }
-}
-
-/// Both the axis (r = 0) and a cusp (r′ = h′ = 0) make DF singular: such a start ends, and the next ones find the crossing.
-#[test]
-fn n39_a_singular_start_is_given_up_and_other_starts_find_the_crossing() {
-    let pieces = [
-        Piece::new([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 3.0]]),
-        Piece::new([[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]]),
-    ];
-    for (piece, u) in pieces.into_iter().zip([0.0, 0.5]) {
-        let origin = DVec3::new(0.125, -0.0625, -9.0);
-        let direction = DVec3::new(0.0, 0.0625, 1.0);
-        let system = System {
-            piece: &piece,
-            origin,
-            direction,
-        };
-        let mut iterations = 0;
-        let start = DVec3::new(9.0, u, 0.0);
-        let settings = settings(30, StartPolicy::RandomU);
-        assert_eq!(system.solve(start, &settings, 1e-12, &mut iterations), None);
-        assert_eq!(iterations, 1);
-        let profile = Profile::new(vec![piece]).unwrap();
-        let ray = Ray::new(origin, direction);
-        let truth: Vec<f64> = exact::crossings(&profile, &ray)
-            .iter()
-            .map(|c| c.t)
-            .collect();
-        let found = find(&profile, &settings, &ray);
-        assert!(!truth.is_empty() && found.len() == truth.len());
-        for (a, b) in found.iter().zip(truth) {
-            assert!((a - b).abs() < 1e-8);
-        }
-    }
-}
-
-/// r(u) = 10 + 3 (x³ − 2x + 2) with x = 4u − 2: along the axis Newton's u goes 1/2, 3/4, 1/2, ... for ever.
-#[test]
-fn n41_a_cycle_ends_at_the_cap_and_another_start_finds_the_crossing() {
-    let piece = Piece {
-        radius: [4.0, 44.0, -12.0, 28.0],
-        height: [0.0, 1.0, 2.0, 3.0],
-    };
-    let system = System {
-        piece: &piece,
-        origin: DVec3::new(0.0, 5.0, 10.0),
-        direction: DVec3::NEG_Y,
-    };
-    let settings = settings(30, StartPolicy::RandomU);
-    for start in [0.5, 0.75] {
-        let mut iterations = 0;
-        let x = DVec3::new(3.0, start, 0.0);
-        assert_eq!(system.solve(x, &settings, 1e-10, &mut iterations), None);
-        assert_eq!(iterations, u64::from(settings.iterations));
-    }
-    let ray = Ray::new(system.origin, system.direction);
-    let profile = Profile::new(vec![piece]).unwrap();
-    let found = find(&profile, &settings, &ray);
-    assert_eq!(found.len(), 1);
-    assert!((found[0] - exact::crossings(&profile, &ray)[0].t).abs() < 1e-8);
-}
-
-/// Thirty equal starts are one start: the same root each time, and the nearer one missed.
-#[test]
-fn n42_equal_starts_give_one_root_and_miss_the_others() {
-    let tube = Piece::new([[2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [2.0, 3.0]]);
-    let system = System {
-        piece: &tube,
-        origin: DVec3::new(0.0, 1.5, -9.0),
-        direction: DVec3::new(0.0, 0.015625, 1.0),
-    };
-    let settings = settings(30, StartPolicy::RandomU);
-    let start = DVec3::new(10.0, 0.5, 0.0);
-    let roots: Vec<_> = (0..30)
-        .map(|_| system.solve(start, &settings, 1e-10, &mut 0))
-        .collect();
-    assert!(roots.iter().all(|root| *root == roots[0]));
-    let root = roots[0].unwrap();
-    assert!((root.x - 11.0).abs() < 1e-9, "{root}");
 }
 
 #[test]

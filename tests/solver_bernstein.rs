@@ -1,42 +1,51 @@
 //! The Bernstein solver against the exact one, closed forms and planted answers.
 
+#[path = "solver/aim.rs"]
+mod aim;
+#[path = "solver/bad_input.rs"]
+mod bad_input;
 #[path = "solver/batch.rs"]
 mod batch;
 #[path = "solver/cases.rs"]
 mod cases;
+#[path = "solver/catalogue.rs"]
+mod catalogue;
+#[path = "solver/compare.rs"]
+mod compare;
 #[path = "solver/more_cases.rs"]
 mod more_cases;
-#[path = "solver/rays.rs"]
-mod rays;
-#[path = "solver/shapes.rs"]
-mod shapes;
 
+use aim::{all_rays, rays};
+use clap::ValueEnum as _;
+use compare::{Nearest, all, ours, revolve, same, specimen, tolerance, truth};
 use glam::DVec3;
 use photolathe::geometry::hit::Crossing;
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver};
+use photolathe::geometry::specimens::{Specimen, piece, random_profile};
+use photolathe::lab::families::{Family, Target};
 use photolathe::numeric::polynomial::cubic;
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::work::Work;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed};
-use rays::{FAMILIES, Family};
-use shapes::{Nearest, all, ours, revolve, same, tolerance, truth};
 
 fn profiles() -> [Revolution; 2] {
-    [Profile::cup(), Profile::hourglass()].map(|p| Revolution::new(p, Placement::identity()))
+    [Specimen::Cup, Specimen::Hourglass].map(specimen)
 }
 
-/// Rays of a family for which an implementation misses, invents or confuses the nearest hit.
-fn failures(nearest: Nearest, shape: &Revolution, family: Family, count: u64) -> u64 {
-    let wrong = |i: &u64| {
-        let ray = rays::ray(shape.profile(), family, *i);
-        let found: Vec<Crossing> = nearest(shape, &ray).into_iter().collect();
-        let expected: Vec<Crossing> = truth(shape, &ray).into_iter().take(1).collect();
-        !same(shape, &ray, &found, &expected)
-    };
-    (0..count).filter(wrong).count() as u64
+/// Whether an implementation misses, invents or confuses the nearest hit.
+fn fails(nearest: Nearest, shape: &Revolution, ray: &Ray) -> bool {
+    let found: Vec<Crossing> = nearest(shape, ray).into_iter().collect();
+    let expected: Vec<Crossing> = truth(shape, ray).into_iter().take(1).collect();
+    !same(shape, ray, &found, &expected)
+}
+
+/// Rays of a family on which an implementation fails.
+fn failures(nearest: Nearest, shape: &Revolution, family: Family, count: u64) -> usize {
+    let rays = rays(shape, family, count);
+    rays.iter().filter(|ray| fails(nearest, shape, ray)).count()
 }
 
 /// 0 of 20000 bounds the rate of failure by 1.5e-4 (95 % confidence); the experiments take more.
@@ -49,10 +58,41 @@ fn no_random_ray_misses_invents_or_confuses_a_hit() {
 #[test]
 fn no_hard_family_has_a_failure() {
     for shape in profiles() {
-        for family in FAMILIES {
-            assert_eq!(failures(ours, &shape, family, 200), 0, "{family:?}");
+        for (family, ray) in all_rays(&shape, 100) {
+            assert!(!fails(ours, &shape, &ray), "{family:?} {ray:?}");
         }
     }
+}
+
+/// In the middle of a cap f ≤ 0 without rounding, so convexity decides.
+#[test]
+fn rays_near_the_axis_need_no_exact_arithmetic_at_caps() {
+    for shape in profiles() {
+        let mut work = Work::default();
+        for ray in rays(&shape, Family::NearAxis, 2_000) {
+            shape.nearest(&ray, &Solver::Bernstein, &mut work);
+        }
+        assert_eq!(work.solver_fallbacks, 0);
+        assert_eq!(failures(ours, &shape, Family::NearAxis, 600), 0);
+    }
+}
+
+/// The exact solver is then asked only about pieces that the filter suspects: the same bits as about all.
+#[test]
+fn what_the_filter_cannot_decide_gets_the_bits_of_the_exact_solver() {
+    let specimens = Specimen::ALL.map(|s| Revolution::new(s.profile(), Placement::identity()));
+    let mut asked = 0;
+    for shape in specimens {
+        for (family, ray) in all_rays(&shape, 60) {
+            let mut work = Work::default();
+            let found = shape.crossings(&ray, &Solver::Bernstein, &mut work);
+            if work.solver_fallbacks > 0 {
+                asked += 1;
+                assert_eq!(found, truth(&shape, &ray), "{family:?} {ray:?}");
+            }
+        }
+    }
+    assert!(asked > 500, "{asked}");
 }
 
 /// The original's bounding test: a ray parallel to the axis is rejected.
@@ -98,12 +138,12 @@ fn loses_grazing_hits(shape: &Revolution, ray: &Ray) -> Option<Crossing> {
 fn the_families_see_known_wrong_solvers() {
     let [cup, _] = profiles();
     let mutants: [(Nearest, Family); 6] = [
-        (culls_parallel_rays, Family::Parallel),
-        (drops_piece_ends, Family::Joint),
-        (divides_by_the_slope, Family::NearlyLevel),
+        (culls_parallel_rays, Family::Axis),
+        (drops_piece_ends, Family::Joints),
+        (divides_by_the_slope, Family::NearHorizontal),
         (takes_the_last, Family::Random),
         (starts_late, Family::Inside),
-        (loses_grazing_hits, Family::Grazing),
+        (loses_grazing_hits, Family::Grazes),
     ];
     for (mutant, family) in mutants {
         assert!(failures(mutant, &cup, family, 300) > 0, "{family:?}");
@@ -117,14 +157,16 @@ fn ordinary_rays_need_no_exact_arithmetic() {
         for family in [
             Family::Random,
             Family::Inside,
-            Family::Level,
-            Family::Parallel,
+            Family::Horizontal,
+            Family::Axis,
             Family::Meridian,
         ] {
             let mut work = Work::default();
-            for i in 0..20_000 {
-                let ray = rays::ray(shape.profile(), family, i);
-                shape.nearest(&ray, &Solver::Bernstein, &mut work);
+            for ray in rays(&shape, family, 20_000) {
+                // The axis itself touches the caps.
+                if ray.origin.x != 0.0 || family != Family::Axis {
+                    shape.nearest(&ray, &Solver::Bernstein, &mut work);
+                }
             }
             assert!(work.solver_fallbacks <= 1, "{family:?} {work:?}");
         }
@@ -134,9 +176,8 @@ fn ordinary_rays_need_no_exact_arithmetic() {
 #[test]
 fn a_line_from_outside_to_outside_crosses_a_solid_an_even_number_of_times() {
     for shape in profiles() {
-        for i in 0..20_000 {
-            let ray = rays::ray(shape.profile(), Family::Random, i);
-            assert_eq!(all(&shape, &ray).len() % 2, 0, "{i}");
+        for ray in rays(&shape, Family::Random, 20_000) {
+            assert_eq!(all(&shape, &ray).len() % 2, 0, "{ray:?}");
         }
     }
 }
@@ -144,8 +185,7 @@ fn a_line_from_outside_to_outside_crosses_a_solid_an_even_number_of_times() {
 #[test]
 fn the_line_backwards_gives_the_same_points() {
     for shape in profiles() {
-        for i in 0..5_000 {
-            let ray = rays::ray(shape.profile(), Family::Random, i);
+        for ray in rays(&shape, Family::Random, 5_000) {
             let far = 100.0;
             let back = Ray::new(ray.at(far), -ray.direction);
             let forth = all(&shape, &ray);
@@ -159,7 +199,10 @@ fn the_line_backwards_gives_the_same_points() {
             }
             for (a, b) in forth.iter().zip(&returned) {
                 let permitted = 20.0 * tolerance(&shape, &ray, a);
-                assert!((a.t - (far - b.t)).abs() <= permitted, "{i} {a:?} {b:?}");
+                assert!(
+                    (a.t - (far - b.t)).abs() <= permitted,
+                    "{ray:?} {a:?} {b:?}"
+                );
             }
         }
     }
@@ -180,14 +223,13 @@ fn a_profile_and_its_subdivision_have_the_same_hits() {
         let cut: Vec<Piece> = (shape.profile().pieces().iter())
             .flat_map(|p| {
                 let (r, h) = (halves(p.radius), halves(p.height));
-                [0, 1].map(|k| shapes::piece(r[k], h[k]))
+                [0, 1].map(|k| piece(r[k], h[k]))
             })
             .collect();
         let cut = revolve(cut);
-        for i in 0..5_000 {
-            let ray = rays::ray(shape.profile(), Family::Random, i);
+        for ray in rays(&shape, Family::Random, 5_000) {
             let (a, b) = (all(&shape, &ray), all(&cut, &ray));
-            assert!(same(&cut, &ray, &a, &b), "{i} {a:?} {b:?}");
+            assert!(same(&cut, &ray, &a, &b), "{ray:?} {a:?} {b:?}");
         }
     }
 }
@@ -197,8 +239,7 @@ fn a_turn_about_the_axis_turns_theta_only() {
     for shape in profiles() {
         let turned = Placement::new(DVec3::ZERO, DVec3::Y, 90.0, 1.0);
         let turned = Revolution::new(shape.profile().clone(), turned);
-        for i in 0..2_000 {
-            let ray = rays::ray(shape.profile(), Family::Random, i);
+        for ray in rays(&shape, Family::Random, 2_000) {
             let (a, b) = (ours(&shape, &ray), ours(&turned, &ray));
             let found: Vec<Crossing> = b.into_iter().collect();
             let expected: Vec<Crossing> = a.into_iter().collect();
@@ -214,13 +255,10 @@ fn a_turn_about_the_axis_turns_theta_only() {
 #[test]
 fn nearest_is_the_first_of_all_crossings() {
     for shape in profiles() {
-        for family in FAMILIES {
-            for i in 0..100 {
-                let ray = rays::ray(shape.profile(), family, i);
-                let first: Vec<Crossing> = all(&shape, &ray).into_iter().take(1).collect();
-                let nearest: Vec<Crossing> = ours(&shape, &ray).into_iter().collect();
-                assert!(same(&shape, &ray, &nearest, &first), "{family:?} {i}");
-            }
+        for (family, ray) in all_rays(&shape, 60) {
+            let first: Vec<Crossing> = all(&shape, &ray).into_iter().take(1).collect();
+            let nearest: Vec<Crossing> = ours(&shape, &ray).into_iter().collect();
+            assert!(same(&shape, &ray, &nearest, &first), "{family:?} {ray:?}");
         }
     }
 }
@@ -228,8 +266,7 @@ fn nearest_is_the_first_of_all_crossings() {
 #[test]
 fn the_point_of_a_hit_is_within_its_error_of_the_ray_and_the_surface() {
     for shape in profiles() {
-        for i in 0..5_000 {
-            let ray = rays::ray(shape.profile(), Family::Random, i);
+        for ray in rays(&shape, Family::Random, 5_000) {
             let Some(crossing) = ours(&shape, &ray) else {
                 continue;
             };
@@ -244,33 +281,34 @@ fn the_point_of_a_hit_is_within_its_error_of_the_ray_and_the_surface() {
             let distance = (hit.point - on_ray).length();
             assert!(
                 distance <= permitted,
-                "{i} {distance:e} {permitted:e} {hit:?} {ray:?}"
+                "{distance:e} {permitted:e} {hit:?} {ray:?}"
             );
         }
     }
 }
 
-/// Control values biased to trouble: equal, zero, negative, tiny differences.
-fn control() -> impl Strategy<Value = f64> {
-    prop_oneof![
-        4 => -1.0..3.0_f64,
-        2 => (-4_i8..12).prop_map(|k| 0.25 * f64::from(k)),
-        1 => Just(0.0),
-        1 => (0_i8..4, 1.0..9.0_f64).prop_map(|(k, e)| f64::from(k) + libm::exp10(-2.0 * e)),
-    ]
-}
-
-fn random_profile() -> impl Strategy<Value = Profile> {
-    let point = [control(), control()];
-    prop::collection::vec(prop::array::uniform3(point), 1..4).prop_map(|rest| {
-        let mut last = [rest[0][0][1].abs(), -0.5];
-        let mut pieces = Vec::new();
-        for [a, b, c] in rest {
-            pieces.push(Piece::new([last, a, b, c]));
-            last = c;
-        }
-        Profile::new(pieces).expect("each piece starts where the last one ended")
-    })
+/// Found as a leak by the experiment `watertight`: a ray from far away through the cup's joint of pieces 4 and 5, whose root there is
+/// piece 4's by 3e-12. Piece 5 has another one, nearer; the steps towards that fell into the one beyond the end.
+#[test]
+fn a_root_beyond_the_end_of_a_piece_does_not_hide_the_one_inside() {
+    let there = DVec3::new(1e6, -2e6, 1.5e6);
+    let shape = Revolution::new(
+        Profile::cup(),
+        Placement::new(there, DVec3::ONE, 70.0, 0.45),
+    );
+    let ray = Ray::new(
+        DVec3::new(1000001.2809287182, -1999999.4354481357, 1500001.2132523307),
+        DVec3::new(-1.4720702560301606, 2.6108240893390287, -2.335938084761308),
+    );
+    let [ours, truth] = [Solver::Bernstein, Solver::Exact]
+        .map(|solver| shape.crossings(&ray, &solver, &mut Work::default()));
+    assert_eq!(truth[0].piece, 5);
+    assert!((truth[0].u - 0.205_385_347_573).abs() < 1e-9);
+    assert_eq!(ours.len(), truth.len(), "{ours:?}");
+    for (ours, truth) in ours.iter().zip(&truth) {
+        assert_eq!(ours.piece, truth.piece);
+        assert!((ours.t - truth.t).abs() < 1e-9 && (ours.u - truth.u).abs() < 1e-9);
+    }
 }
 
 fn config(cases: u32) -> Config {
@@ -282,27 +320,42 @@ fn config(cases: u32) -> Config {
     }
 }
 
+/// A random profile with a random ray of every other family that fits it.
+#[test]
+fn random_profiles_agree_with_the_oracle() {
+    let mut rays = 0;
+    for index in 0..100 {
+        let profile = random_profile(&mut Stream::new(8, Purpose::Test, index));
+        let shape = Revolution::new(profile, Placement::identity());
+        let target = Target::new(&shape);
+        for &family in Family::value_variants()
+            .iter()
+            .skip(index as usize % 2)
+            .step_by(2)
+        {
+            let Ok(ray) = target.ray(family, &mut family.stream(8, index)) else {
+                continue;
+            };
+            let (found, expected) = (all(&shape, &ray), truth(&shape, &ray));
+            assert!(
+                same(&shape, &ray, &found, &expected),
+                "{family:?} {index} {found:?} {expected:?}"
+            );
+            rays += 1;
+        }
+    }
+    assert!(rays > 800, "{rays}");
+}
+
 proptest! {
     #![proptest_config(config(800))]
 
     #[test]
-    fn random_profiles_agree_with_the_oracle(
-        profile in random_profile(),
-        family in prop::sample::select(&FAMILIES[..]),
-        index in 0..u64::MAX,
-    ) {
-        let shape = Revolution::new(profile, Placement::identity());
-        let ray = rays::ray(shape.profile(), family, index);
-        let (found, expected) = (all(&shape, &ray), truth(&shape, &ray));
-        prop_assert!(same(&shape, &ray, &found, &expected), "{:?} {:?}", found, expected);
-    }
-
-    #[test]
     fn a_planted_point_is_never_missed(
-        profile in random_profile(),
-        place in (0..3_usize, 0.0..1.0_f64, 0.0..6.3_f64),
+        place in (0..4_usize, 0.0..1.0_f64, 0.0..6.3_f64),
         index in 0..u64::MAX,
     ) {
+        let profile = random_profile(&mut Stream::new(9, Purpose::Test, index));
         let (piece, u, theta) = place;
         let pieces = profile.pieces();
         let at = pieces[piece % pieces.len()].at(u);
@@ -313,7 +366,7 @@ proptest! {
             at.height,
             at.radius * libm::cos(theta),
         );
-        let mut s = Stream::new(9, Purpose::Test, index);
+        let mut s = Stream::new(10, Purpose::Test, index);
         let d = DVec3::new(s.range(-1.0, 1.0), s.range(-1.0, 1.0), s.range(-1.0, 1.0));
         let shape = Revolution::new(profile, Placement::identity());
         let ray = Ray::new(point - 4.0 * d, d);

@@ -1,6 +1,7 @@
 //! What the table of `dose` says.
 
 use super::method::Family;
+use super::pictures::contrasts;
 use super::plots::{bias_plot, depth_plot, dose_plot, error_plot, flat_plot};
 use super::{EXPERIMENT, REPLICATES};
 use crate::lab::claim::{Claim, Estimate};
@@ -165,7 +166,7 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
     Conclusion {
         claims,
         plots,
-        ..Conclusion::default()
+        pictures: contrasts(table),
     }
 }
 

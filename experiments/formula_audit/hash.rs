@@ -1,7 +1,8 @@
 //! The hash of a path, for antialiasing.
 
 use super::{Fault, compare};
-use crate::render::antialias::{Event, Met, PathHash, mask};
+use crate::render::antialias::fingerprint::{Event, Met, PathHash};
+use crate::render::antialias::mask::mask;
 use std::collections::HashSet;
 
 pub(super) const FAULTS: &[Fault] = &[

@@ -223,6 +223,7 @@ const HIT_POINT: HitPoint = HitPoint {
 fn even(estimate: Estimate, radius_squared: f64, emitted: f64) -> f64 {
     let gathered = Gathered {
         flux: Rgb::splat(radius_squared * emitted),
+        bias_flux: Rgb::ZERO,
         photons: 1,
     };
     estimate(&HIT_POINT, &gathered, radius_squared, emitted).x
@@ -240,6 +241,7 @@ fn estimates(wrong: Estimate, shown: fn(Estimate) -> f64, hidden: fn(Estimate) -
 fn gain_of_area(decay: f64) -> f64 {
     let gathered = Gathered {
         flux: Rgb::ONE,
+        bias_flux: Rgb::ZERO,
         photons: 1,
     };
     let at = |radius: f64| radiance(&HIT_POINT, &gathered, radius * radius, 1.0).x;
@@ -264,7 +266,7 @@ fn by_gathered(statistics: Statistics, within: &[Arrival]) -> Statistics {
         &arrivals,
         None,
         Gathered::default(),
-        |_| 1.0,
+        |_| (1.0, None),
     );
     statistics.after(gathered.photons as f64, 0.7)
 }

@@ -1,7 +1,7 @@
 //! What the table of `grazing` says.
 
 use super::rays::Family;
-use super::{EXPERIMENT, SURFACES, TOLERANCES, newton_name};
+use super::{CLIPPING, EXPERIMENT, SURFACES, TOLERANCES, newton_name};
 use crate::lab::claim::{Claim, Estimate, Subject};
 use crate::lab::experiment::{Conclusion, Effort};
 use crate::lab::plot::{Axis, Plot, Series};
@@ -295,7 +295,7 @@ fn error_plot(table: &Table, family: Family) -> Plot {
         Axis::log(label),
         Axis::log("error of t"),
         (TOLERANCES.map(predicted).into_iter())
-            .chain([measured("bernstein")])
+            .chain([measured("bernstein"), measured(CLIPPING)])
             .chain(newton),
     )
 }
@@ -333,6 +333,7 @@ fn cost_plot(table: &Table) -> Plot {
             measured("bernstein"),
             measured("exact"),
             measured(&newton_name(1e-10)),
+            measured(CLIPPING),
         ],
     )
 }

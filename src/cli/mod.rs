@@ -12,6 +12,7 @@ pub mod intersect;
 pub mod merge;
 mod pictures;
 pub mod rays;
+mod remarks;
 pub mod render;
 pub mod report;
 mod resources;

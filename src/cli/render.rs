@@ -2,6 +2,7 @@
 
 use super::parse_override;
 use super::pictures;
+use super::remarks;
 use super::resources;
 use crate::image::exr;
 use crate::image::file::write_atomically;
@@ -9,9 +10,10 @@ use crate::image::metrics::{self, Comparison};
 use crate::image::part::Part;
 use crate::image::picture::{Origin, Picture};
 use crate::render::driver::{self, Control, Outcome, Progress};
+use crate::render::photon::error::{Errors, Summary};
 use crate::render::settings::Settings;
 use crate::scene::options::{
-    Antialias, IndexName, Integrator, Kernel, RenderTable, Rule, SolverName,
+    Antialias, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, SolverName,
 };
 use crate::scene::{self, Scene};
 use anyhow::{Context, bail};
@@ -80,6 +82,15 @@ pub struct RenderArgs {
     /// Antialiasing of whitted.
     #[arg(long, value_enum)]
     pub aa: Option<Antialias>,
+    /// What enters the path hash.
+    #[arg(long, value_enum)]
+    pub hash: Option<Hash>,
+    /// How antialiasing resamples.
+    #[arg(long, value_enum)]
+    pub pattern: Option<Resampling>,
+    /// Least difference that contrast (default .3) and variance (default .1) resample.
+    #[arg(long, value_parser = positive)]
+    pub threshold: Option<f64>,
     /// How surfaces of revolution are solved.
     #[arg(long, value_enum)]
     pub solver: Option<SolverName>,
@@ -150,6 +161,9 @@ impl RenderArgs {
             index: self.index,
             kernel: self.kernel,
             aa: self.aa,
+            hash: self.hash,
+            pattern: self.pattern,
+            threshold: self.threshold,
             solver: self.solver,
             threads: self.threads.map(usize::from),
             seed: self.seed,
@@ -201,7 +215,10 @@ impl RenderArgs {
 
     /// The settings, with the passes of `--pass-range` as the planned ones.
     fn settings(&self, scene: &Scene) -> anyhow::Result<Settings> {
-        let mut settings = Settings::resolve(&self.table().or(&scene.render));
+        let mut settings = Settings {
+            estimate_errors: true,
+            ..Settings::resolve(&self.table().or(&scene.render))
+        };
         if let Some(range) = &self.pass_range {
             if !settings.passes_are_independent() {
                 bail!(
@@ -230,7 +247,8 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let outputs = args.outputs()?;
     let scene = scene::file::load(&args.scene, &args.overrides())?;
     let settings = args.settings(&scene)?;
-    for note in ignored(args, settings.integrator) {
+    let remarks = remarks::on(&scene, &settings);
+    for note in ignored(args, settings.integrator).iter().chain(&remarks) {
         eprintln!("photolathe: {note}");
     }
     let reference = args
@@ -246,6 +264,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         let stats = statistics(&outcome, &settings, start.elapsed().as_secs_f64(), render_s);
         write_atomically(path, format!("{stats:#}\n").as_bytes())
             .with_context(|| path.display().to_string())?;
+    }
+    if let Some(summary) = outcome.errors.as_ref().and_then(Errors::summary) {
+        eprintln!("photolathe: {}", estimated(summary));
     }
     let unseparated = outcome.work.unseparated;
     if unseparated > 0 {
@@ -301,15 +322,19 @@ fn ignored(args: &RenderArgs, integrator: Integrator) -> Vec<String> {
         integrator,
         Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
     );
+    let whitted = integrator == Integrator::Whitted;
     let flags = [
         ("--passes", args.passes.is_some(), photon),
         ("--photons", args.photons.is_some(), photon),
         ("--alpha", args.alpha.is_some(), photon),
         ("--radius", args.radius.is_some(), photon),
         ("--rule", args.rule.is_some(), photon),
+        ("--aa", args.aa.is_some(), whitted),
+        ("--hash", args.hash.is_some(), whitted),
+        ("--pattern", args.pattern.is_some(), whitted),
+        ("--threshold", args.threshold.is_some(), whitted),
         ("--index", args.index.is_some(), photon),
         ("--kernel", args.kernel.is_some(), photon),
-        ("--aa", args.aa.is_some(), integrator == Integrator::Whitted),
     ];
     let unused = flags.into_iter().filter(|&(_, given, used)| given && !used);
     unused
@@ -410,11 +435,24 @@ fn show(bar: &ProgressBar, progress: &Progress, settings: &Settings) {
             (limit - progress.seconds).max(0.0)
         )
     });
+    let error = progress.errors.and_then(Errors::summary);
+    let error = error.map_or(String::new(), |summary| {
+        format!(", error {:.2} %", 100.0 * summary.total())
+    });
     bar.set_message(format!(
-        "{:.2} M rays/s{left}",
+        "{:.2} M rays/s{error}{left}",
         rays as f64 / progress.seconds / 1e6
     ));
     bar.set_position(progress.done);
+}
+
+fn estimated(Summary { noise, bias }: Summary) -> String {
+    format!(
+        "estimated error {:.2} % of the mean radiance (root mean square over pixels; noise {:.2} %, bias of the radius {:.2} %)",
+        100.0 * libm::hypot(noise, bias),
+        100.0 * noise,
+        100.0 * bias
+    )
 }
 
 fn style(template: &str) -> ProgressStyle {
@@ -433,6 +471,7 @@ fn statistics(
         .map(|&(name, seconds)| (name.to_owned(), seconds.into()))
         .collect();
     let used = resources::used();
+    let error = outcome.errors.as_ref().and_then(Errors::summary);
     serde_json::json!({
         "wall_s": wall_s,
         "cpu_s": used.cpu_s,
@@ -442,6 +481,8 @@ fn statistics(
         "passes": outcome.passes,
         "peak_bytes": used.peak_bytes,
         "bad_samples": outcome.film.bad_samples(),
+        "estimated_noise": error.map(|summary| summary.noise),
+        "estimated_bias": error.map(|summary| summary.bias),
         "phases": phases,
         "counters": outcome.work,
     })

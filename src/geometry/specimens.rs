@@ -114,12 +114,14 @@ fn chain(pieces: Vec<Piece>) -> Profile {
     Profile::new(pieces).unwrap_or_else(|_| Profile::cup())
 }
 
-fn piece(radius: [f64; 4], height: [f64; 4]) -> Piece {
+/// A piece from control radii and heights.
+pub fn piece(radius: [f64; 4], height: [f64; 4]) -> Piece {
     Piece { radius, height }
 }
 
-/// A straight piece; its control points are exact where the ends differ by multiples of 3 units of their last places.
-fn line(from: [f64; 2], to: [f64; 2]) -> Piece {
+/// A straight piece between two points (radius, height). Its control points are exact where the ends differ by multiples of 3 units
+/// of their last places.
+pub fn line(from: [f64; 2], to: [f64; 2]) -> Piece {
     let mix = |i: usize, w: f64| from[i] + w * (to[i] - from[i]) / 3.0;
     Piece::new([
         from,

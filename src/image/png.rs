@@ -3,6 +3,7 @@
 use super::ImageError;
 use super::file::write_atomically;
 use super::picture::Picture;
+use crate::scene::texture::linear_to_srgb;
 use std::path::Path;
 
 /// Writes a picture, whole or not at all; `exposure` is a factor on radiance.
@@ -53,12 +54,7 @@ pub fn encode_bytes(
 /// The sRGB byte of linear `x` (IEC 61966-2-1), clamped to [0, 1]; 0 for NaN.
 pub fn srgb_byte(x: f64) -> u8 {
     let x = if x > 0.0 { x.min(1.0) } else { 0.0 };
-    let curve = if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * libm::pow(x, 1.0 / 2.4) - 0.055
-    };
-    (255.0 * curve + 0.5).floor() as u8
+    (255.0 * linear_to_srgb(x) + 0.5).floor() as u8
 }
 
 /// The bytes of a file as a `data:` address, for pages without neighbours.

@@ -45,6 +45,12 @@ impl Grid {
         self.balls.set_radii_squared(radii_squared)
     }
 
+    /// Bytes that a join with these queries holds for them.
+    pub fn bytes(&self, queries: &[DVec3]) -> usize {
+        let cells = Cells::new(queries, self.cell());
+        size_of_val(&*cells.starts) + size_of_val(&*cells.items)
+    }
+
     /// Twice the median radius.
     fn cell(&self) -> f64 {
         let mut squares = self.balls.radii_squared.clone();

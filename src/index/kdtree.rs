@@ -130,6 +130,14 @@ impl KdTree {
         Ok(())
     }
 
+    /// Bytes that the tree holds.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.nodes)
+            + size_of_val(&*self.centers)
+            + size_of_val(&*self.radii_squared)
+            + size_of_val(&*self.order)
+    }
+
     /// Levels of the tree: 1 for a single leaf.
     pub fn depth(&self) -> usize {
         self.depth_below(0)

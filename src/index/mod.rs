@@ -77,6 +77,16 @@ impl Balls {
         self.centers.is_empty()
     }
 
+    /// Their centres.
+    pub fn centers(&self) -> &[DVec3] {
+        &self.centers
+    }
+
+    /// The squares of their radii.
+    pub fn radii_squared(&self) -> &[f64] {
+        &self.radii_squared
+    }
+
     /// Gives the balls new squared radii.
     ///
     /// # Errors

@@ -89,6 +89,14 @@ impl WideTree {
         Ok(())
     }
 
+    /// Bytes that the tree holds.
+    pub fn bytes(&self) -> usize {
+        boxes::bytes(&self.levels)
+            + size_of_val(&*self.centers)
+            + size_of_val(&*self.radii_squared)
+            + size_of_val(&*self.order)
+    }
+
     fn fit_boxes(&mut self) {
         let ball = |place: usize| {
             let (least, most) = ball_box(self.centers[place], self.radii_squared[place]);

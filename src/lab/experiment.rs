@@ -177,7 +177,7 @@ pub struct Experiment {
     pub prediction: &'static str,
     /// The method, with its sources.
     pub method: &'static str,
-    /// Columns of the table; those that end in `_s`, `_ms`, `_ns` or start with `ns_per_` hold times.
+    /// Columns of the table; those that end in `_s`, `_ms`, `_ns` or start with `ns_per_`, and `seconds`, hold times.
     pub columns: &'static [&'static str],
     /// Whether runs measure time and so must have the machine to themselves.
     pub timed: bool,

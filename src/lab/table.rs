@@ -142,6 +142,7 @@ pub fn is_time_column(name: &str) -> bool {
         .iter()
         .any(|ending| name.ends_with(ending))
         || name.starts_with("ns_per_")
+        || name == "seconds"
 }
 
 /// Whether two rows of these columns are equal, times aside; numbers by their bits.
@@ -340,7 +341,7 @@ mod tests {
 
     #[test]
     fn time_columns_are_known_by_their_names() {
-        for name in ["render_s", "x_ms", "x_ns", "ns_per_ray"] {
+        for name in ["render_s", "x_ms", "x_ns", "ns_per_ray", "seconds"] {
             assert!(is_time_column(name));
         }
         for name in ["starts", "misses", "s", "spans"] {

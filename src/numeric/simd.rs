@@ -351,4 +351,99 @@ mod tests {
             assert_eq!(masks(f64::NAN), (0, 0), "{vectors}");
         }
     }
+
+    struct AtMost([f64; 8], f64);
+
+    impl Kernel for AtMost {
+        type Output = u32;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> u32 {
+            lanes.at_most(&self.0, self.1)
+        }
+    }
+
+    #[test]
+    fn every_set_compares_alike_and_nothing_with_nan() {
+        let values = [
+            1.0,
+            -1.0,
+            0.5,
+            0.5000000001,
+            f64::NAN,
+            f64::INFINITY,
+            -3.0,
+            0.0,
+        ];
+        for vectors in Vectors::all() {
+            let at_most = |bound| vectors.run(AtMost(values, bound));
+            assert_eq!(at_most(0.5), 0b1100_0110, "{vectors}");
+            assert_eq!(at_most(f64::INFINITY), 0b1110_1111, "{vectors}");
+            assert_eq!(at_most(f64::NAN), 0, "{vectors}");
+        }
+    }
+
+    type Axes = [[f32; 16]; 3];
+
+    struct Overlaps<'a>(&'a Axes, &'a Axes, [f32; 3], [f32; 3]);
+
+    impl Kernel for Overlaps<'_> {
+        type Output = u32;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> u32 {
+            lanes.overlaps(self.0, self.1, self.2, self.3)
+        }
+    }
+
+    /// Box i reaches from i to i + 1 on one axis and over everything on the others; box 15 is empty.
+    #[test]
+    fn boxes_that_touch_overlap_on_every_axis() {
+        let everything = f32::INFINITY;
+        for axis in 0..3 {
+            let (mut low, mut high) = ([[-everything; 16]; 3], [[everything; 16]; 3]);
+            for i in 0..16 {
+                low[axis][i] = i as f32;
+                high[axis][i] = i as f32 + 1.0;
+            }
+            (low[axis][15], high[axis][15]) = (f32::NAN, f32::NAN);
+            for vectors in Vectors::all() {
+                let overlaps = |least: f32, most: f32| {
+                    let (mut from, mut to) = ([0.0; 3], [0.0; 3]);
+                    (from[axis], to[axis]) = (least, most);
+                    vectors.run(Overlaps(&low, &high, from, to))
+                };
+                assert_eq!(overlaps(3.0, 4.5), 0b1_1100, "{vectors}");
+                assert_eq!(overlaps(3.5, 3.5), 0b1000, "{vectors}");
+                assert_eq!(overlaps(-1.0, -0.5), 0, "{vectors}");
+                assert_eq!(overlaps(14.5, 20.0), 0b100_0000_0000_0000, "{vectors}");
+                assert_eq!(overlaps(f32::NAN, 4.5), 0, "{vectors}");
+                assert_eq!(overlaps(-everything, everything), 0x7fff, "{vectors}");
+            }
+        }
+    }
+
+    struct Places<'a>(u32, u32, &'a mut [u32; 16]);
+
+    impl Kernel for Places<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) {
+            lanes.places(self.0, self.1, self.2);
+        }
+    }
+
+    #[test]
+    fn places_are_those_of_the_bits_in_order() {
+        for vectors in Vectors::all() {
+            for bits in [0, 1, 0x8000, 0b1010_0110, 0xffff, 0x7ffe] {
+                let mut out = [0; 16];
+                vectors.run(Places(bits, 160, &mut out));
+                let expected: Vec<u32> = (0..16).filter(|i| bits >> i & 1 == 1).collect();
+                let found = out[..expected.len()].iter().map(|place| place - 160);
+                assert_eq!(found.collect::<Vec<_>>(), expected, "{vectors}");
+            }
+        }
+    }
 }

@@ -111,20 +111,24 @@ impl<const N: usize> Sums<N> {
 
 /// The limbs of a finite double that is not 0, and the place of the lowest.
 fn cut(term: f64) -> ([i64; LIMBS], i16) {
+    const MASK: u64 = (1 << BITS) - 1;
     let bits = term.to_bits();
-    let biased = (bits >> 52 & 0x7FF) as i32;
+    let biased = bits >> 52 & 0x7FF;
     let fraction = bits & ((1 << 52) - 1);
-    // |term| = mantissa · 2^exponent; subnormal numbers have no hidden bit.
+    // |term| = mantissa · 2^(exponent − 1080); subnormal numbers have no hidden bit.
     let (mantissa, exponent) = match biased {
-        0 => (fraction, -1074),
-        _ => (fraction | 1 << 52, biased - 1075),
+        0 => (fraction, 6),
+        _ => (fraction | 1 << 52, biased + 5),
     };
-    let shifted = u128::from(mantissa) << exponent.rem_euclid(BITS);
-    let limbs = std::array::from_fn(|position| {
-        let magnitude = (shifted >> (BITS as usize * position)) as i64 & ((1 << BITS) - 1);
-        if term < 0.0 { -magnitude } else { magnitude }
-    });
-    (limbs, exponent.div_euclid(BITS) as i16)
+    let (place, shift) = (exponent / BITS as u64, exponent % BITS as u64);
+    let above = mantissa >> (BITS as u64 - shift);
+    let limbs = [mantissa << shift & MASK, above & MASK, above >> BITS];
+    // 0 or −1: the two's complement of a negative term's limbs.
+    let sign = bits as i64 >> 63;
+    (
+        limbs.map(|limb| (limb as i64 ^ sign) - sign),
+        place as i16 + PLACES.start(),
+    )
 }
 
 /// a + b and the rounding of it (Knuth 1969); no rest where the sum is infinite.

@@ -2,6 +2,7 @@
 
 use super::film::Film;
 use super::path::PathTracer;
+use super::photon::error::Errors;
 use super::photon::{Phases, PhotonMapper};
 use super::settings::Settings;
 use super::whitted::Whitted;
@@ -35,6 +36,8 @@ pub struct Progress<'a> {
     pub work: Work,
     /// The picture so far.
     pub film: &'a Film,
+    /// Its estimated errors, by photon mapping if the settings ask for them.
+    pub errors: Option<&'a Errors>,
 }
 
 /// Whether to go on.
@@ -51,6 +54,8 @@ pub enum Control {
 pub struct Outcome {
     /// The picture.
     pub film: Film,
+    /// Its estimated errors, by photon mapping if the settings ask for them.
+    pub errors: Option<Errors>,
     /// Work done.
     pub work: Work,
     /// Passes done.
@@ -124,6 +129,13 @@ impl<'a> Engine<'a> {
             Self::Photon(mapper) => mapper.pass(pass, film, phases),
         }
     }
+
+    fn errors(&self) -> Option<&Errors> {
+        match self {
+            Self::Whitted(_) | Self::Path(_) => None,
+            Self::Photon(mapper) => mapper.errors(),
+        }
+    }
 }
 
 fn run(
@@ -150,6 +162,7 @@ fn run(
             seconds,
             work,
             film: &film,
+            errors: engine.errors(),
         };
         let out_of_time = settings.time.is_some_and(|limit| seconds >= limit);
         if monitor(&progress) == Control::Stop || out_of_time {
@@ -158,6 +171,7 @@ fn run(
     }
     Ok(Outcome {
         film,
+        errors: engine.errors().cloned(),
         work,
         passes: done,
         phases: phases.named(),

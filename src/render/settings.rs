@@ -1,6 +1,8 @@
 //! Resolved settings of a render.
 
-use crate::scene::options::{Antialias, IndexName, Integrator, Kernel, RenderTable, Rule};
+use crate::scene::options::{
+    Antialias, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule,
+};
 use serde::{Deserialize, Serialize};
 
 /// Everything that decides the bytes of a picture besides the scene, and the limits of the run.
@@ -24,6 +26,13 @@ pub struct Settings {
     pub kernel: Kernel,
     /// Antialiasing of `whitted`.
     pub aa: Antialias,
+    /// What enters the path hash.
+    pub hash: Hash,
+    /// How antialiasing resamples.
+    pub pattern: Resampling,
+    /// Least difference that `contrast` and `variance` resample: of two neighbours' sRGB values, summed over channels; of the
+    /// standard deviation of a pixel's four samples, in the same measure.
+    pub threshold: f64,
     /// Seed.
     pub seed: u64,
     /// Most scattering events; unlimited if `None`.
@@ -34,6 +43,10 @@ pub struct Settings {
     /// Index for gathering photons. Never changes a byte.
     #[serde(skip)]
     pub index: IndexName,
+    /// Whether photon mapping estimates its error as it goes: the places of photons must then be read at every hit point. Never changes
+    /// a byte.
+    #[serde(skip)]
+    pub estimate_errors: bool,
     /// Seconds after which no further pass starts.
     #[serde(skip)]
     pub time: Option<f64>,
@@ -53,7 +66,8 @@ impl Settings {
     /// The settings of a table, with defaults where it is silent.
     ///
     /// Defaults: `ppm` with 4 camera samples, 64 passes of 100 000 photons, α = 2/3; `path` with 64 samples; `whitted` with
-    /// one and path-hash antialiasing; the disc as kernel. With `time` alone, passes and samples are unlimited.
+    /// one and path-hash antialiasing (3×3, by objects; thresholds: contrast .3, variance .1); the disc as kernel. With `time`
+    /// alone, passes and samples are unlimited.
     pub fn resolve(table: &RenderTable) -> Self {
         let integrator = table.integrator.unwrap_or(Integrator::Ppm);
         let timed = table.time.is_some();
@@ -67,6 +81,7 @@ impl Settings {
             Integrator::Pppm => Rule::Global,
             _ => Rule::Local,
         };
+        let aa = table.aa.unwrap_or(Antialias::PathHash);
         Self {
             integrator,
             spp: table.spp.unwrap_or(spp),
@@ -75,12 +90,19 @@ impl Settings {
             alpha: table.alpha.unwrap_or(2.0 / 3.0),
             radius: table.radius,
             rule: table.rule.unwrap_or(rule),
+            aa,
+            hash: table.hash.unwrap_or(Hash::Objects),
+            pattern: table.pattern.unwrap_or(Resampling::Three),
+            threshold: table.threshold.unwrap_or(match aa {
+                Antialias::Variance => 0.1,
+                _ => 0.3,
+            }),
             kernel: table.kernel.unwrap_or(Kernel::Disc),
-            aa: table.aa.unwrap_or(Antialias::PathHash),
             seed: table.seed.unwrap_or(0),
             max_depth: table.max_depth,
             threads: table.threads,
             index: table.index.unwrap_or_default(),
+            estimate_errors: false,
             time: table.time,
         }
     }

@@ -4,34 +4,20 @@
 //! At a dielectric both branches are followed while they matter; below that, Russian roulette keeps the mean. Area lights are
 //! sampled in up to 16 strata. The path hash covers the part without chance, so it has no noise.
 
-use super::antialias::{CENTER, Event, GRID, Met, PathHash, mask};
-use super::film::Film;
-use super::path::unoccluded;
-use super::scatter::{Lobes, reflect};
+mod tree;
+
+use super::antialias::fingerprint::Fingerprint;
+use super::antialias::mask::{contrast, mask, mask_by};
+use super::antialias::pattern::{CENTER, Place, ROOKS, grid};
+use super::film::{Film, Pixel};
 use super::settings::Settings;
-use crate::geometry::hit::Hit;
 use crate::geometry::ray::Ray;
-use crate::numeric::rng::{Purpose, Stream};
+use crate::numeric::rng::{Purpose, Stream, mix};
 use crate::numeric::work::Work;
-use crate::scene::light::Light;
-use crate::scene::options::Antialias;
+use crate::scene::options::{Antialias, Resampling};
 use crate::scene::{Rgb, Scene};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
-use std::f64::consts::PI;
-
-/// Strata per side of an area light's unit square for a branch that carries the whole pixel; a branch of weight w gets √w times
-/// as many, so that shadow rays go where their noise would be seen.
-const LIGHT_GRID: f64 = 4.0;
-
-/// Branches of at least this weight are always followed; lighter ones play roulette for it.
-const SURE_WEIGHT: f64 = 1.0 / 256.0;
-
-/// Branches at least this deep play roulette whatever their weight.
-const SURE_DEPTH: u32 = 24;
-
-/// Greatest chance to go on in roulette, so that mirrors without loss end too.
-const MOST_SURVIVAL: f64 = 0.98;
 
 /// The lens point of a hash: its centre, so that the hash does not depend on lens noise.
 const LENS_CENTER: [f64; 2] = [0.5, 0.5];
@@ -41,8 +27,17 @@ pub struct Whitted<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     medium_of_eye: Option<usize>,
-    /// Pixels sampled 3×3; found by the first pass.
+    /// Pixels that are resampled; found by the first pass.
     resampled: Option<Vec<bool>>,
+}
+
+/// What a pixel shows before any resampling.
+#[derive(Clone, Copy)]
+struct First {
+    radiance: Rgb,
+    hash: u64,
+    /// How much its samples deviate from each other, in the measure of [`contrast`]; 0 of a single one.
+    deviation: f64,
 }
 
 impl<'a> Whitted<'a> {
@@ -53,7 +48,7 @@ impl<'a> Whitted<'a> {
         let resampled = match settings.aa {
             Antialias::None => Some(vec![false; pixels]),
             Antialias::Uniform => Some(vec![true; pixels]),
-            Antialias::PathHash => None,
+            Antialias::PathHash | Antialias::Contrast | Antialias::Variance => None,
         };
         Self {
             scene,
@@ -63,296 +58,199 @@ impl<'a> Whitted<'a> {
         }
     }
 
-    /// Adds the samples of one pass: one at the centre of each pixel, and eight more where antialiasing asks for them.
+    /// Adds the samples of one pass: at the centre of each pixel, and where antialiasing asks for it at the places of its pattern.
     pub fn pass(&mut self, pass: u64, film: &mut Film) -> Work {
         let width = film.size().width as usize;
-        let hashing = self.resampled.is_none();
-        let rows: Vec<(Vec<u64>, Work)> = film
-            .pixels_mut()
-            .par_chunks_mut(width)
-            .enumerate()
-            .map(|(y, row)| {
-                let mut work = Work::default();
-                let mut hashes = Vec::new();
-                for (x, pixel) in row.iter_mut().enumerate() {
-                    let index = y * width + x;
-                    let (radiance, hash) = self.sample(pass, index, CENTER, &mut work);
-                    pixel.add(radiance);
-                    if hashing {
-                        hashes.push(self.hash_through_lens_center(index, hash, &mut work));
-                    }
-                }
-                (hashes, work)
-            })
-            .collect();
-        let mut work = rows.iter().map(|row| row.1).fold(Work::default(), join);
-        let hashes: Vec<u64> = rows.into_iter().flat_map(|row| row.0).collect();
-        if hashing {
-            self.resampled = Some(mask(&hashes, width));
+        let (firsts, mut work) = self.firsts(pass, width, film.pixels().len());
+        if self.resampled.is_none() {
+            let known: Vec<First> = firsts.iter().copied().flatten().collect();
+            self.resampled = Some(self.marked(&known, width));
         }
         let this = &*self;
         let resampled = this.resampled().unwrap_or_default();
-        let rows = film
-            .pixels_mut()
-            .par_chunks_mut(width)
-            .enumerate()
-            .map(|(y, row)| {
-                let mut work = Work::default();
-                for (x, pixel) in row
-                    .iter_mut()
-                    .enumerate()
-                    .filter(|(x, _)| resampled[y * width + x])
-                {
-                    for place in (0..GRID.len()).filter(|&place| place != CENTER) {
-                        pixel.add(this.sample(pass, y * width + x, place, &mut work).0);
-                    }
+        let rows = film.pixels_mut().par_chunks_mut(width).enumerate();
+        let works = rows.map(|(y, row)| {
+            let mut work = Work::default();
+            for (pixel, index) in row.iter_mut().zip(y * width..) {
+                match (resampled[index], firsts[index]) {
+                    (false, Some(first)) => pixel.add(first.radiance),
+                    (_, first) => this.resample(pass, index, first, pixel, &mut work),
                 }
-                work
-            });
-        work += rows.reduce(Work::default, join);
+            }
+            work
+        });
+        work += works.reduce(Work::default, join);
         work
     }
 
-    /// The pixels that are sampled 3×3; `None` before the first pass has found them.
+    /// The pixels that are resampled; `None` before the first pass has found them.
     pub fn resampled(&self) -> Option<&[bool]> {
         self.resampled.as_deref()
     }
 
-    /// One sample of a pixel at one place of the grid, and the hash of its path.
-    fn sample(&self, pass: u64, index: usize, place: usize, work: &mut Work) -> (Rgb, u64) {
+    /// The fingerprint of the path behind a place of a pixel, through the centre of the lens. Chance has no part in it.
+    pub fn fingerprint(&self, index: usize, offset: DVec2, work: &mut Work) -> Fingerprint {
+        let ray = self.camera_ray(index, offset, LENS_CENTER);
+        self.tree(ray, None, work).1
+    }
+
+    /// One sample of a pixel at a place of it, for pictures finer than a pattern. A pure function of its arguments and the seed.
+    pub fn sample(&self, pass: u64, index: usize, place: Place, work: &mut Work) -> Rgb {
+        self.look(pass, index, place, work).radiance
+    }
+
+    /// The first look at every pixel; at none that is known to be resampled.
+    fn firsts(&self, pass: u64, width: usize, pixels: usize) -> (Vec<Option<First>>, Work) {
+        let known = self.resampled.as_deref();
+        let rows = (0..pixels).into_par_iter().step_by(width).map(|start| {
+            let mut work = Work::default();
+            let first = |index: usize| {
+                let wanted = known.is_none_or(|resampled| !resampled[index]);
+                wanted.then(|| self.first(pass, index, &mut work))
+            };
+            let row: Vec<_> = (start..start + width).map(first).collect();
+            (row, work)
+        });
+        let rows: Vec<(Vec<Option<First>>, Work)> = rows.collect();
+        let work = rows.iter().map(|row| row.1).fold(Work::default(), join);
+        (rows.into_iter().flat_map(|row| row.0).collect(), work)
+    }
+
+    fn first(&self, pass: u64, index: usize, work: &mut Work) -> First {
+        if self.settings.aa != Antialias::Variance {
+            return self.look(pass, index, CENTER, work);
+        }
+        let looks: Vec<First> = grid(2)
+            .into_iter()
+            .map(|place| self.look(pass, index, place, work))
+            .collect();
+        let count = looks.len() as f64;
+        let mean = looks.iter().map(|look| look.radiance).sum::<Rgb>() / count;
+        let squares = looks.iter().map(|look| {
+            let off = contrast(look.radiance, mean);
+            off * off
+        });
+        First {
+            radiance: mean,
+            deviation: (squares.sum::<f64>() / (count - 1.0)).sqrt(),
+            ..looks[0]
+        }
+    }
+
+    /// The pixels of rows of `width` that want resampling, by what their first look shows.
+    fn marked(&self, firsts: &[First], width: usize) -> Vec<bool> {
+        let threshold = self.settings.threshold;
+        match self.settings.aa {
+            Antialias::Contrast => mask_by(firsts.len(), width, |a, b| {
+                contrast(firsts[a].radiance, firsts[b].radiance) > threshold
+            }),
+            Antialias::Variance => firsts
+                .iter()
+                .map(|first| first.deviation > threshold)
+                .collect(),
+            _ => {
+                let hashes: Vec<u64> = firsts.iter().map(|first| first.hash).collect();
+                mask(&hashes, width)
+            }
+        }
+    }
+
+    /// Adds the samples of the pattern to a pixel.
+    fn resample(
+        &self,
+        pass: u64,
+        index: usize,
+        first: Option<First>,
+        pixel: &mut Pixel,
+        work: &mut Work,
+    ) {
+        // The centre is known where the first look was there.
+        let center = first.filter(|_| self.settings.aa != Antialias::Variance);
+        let mut look = |place: Place| match center {
+            Some(center) if place == CENTER => center,
+            _ => self.look(pass, index, place, work),
+        };
+        let side = match self.settings.pattern {
+            Resampling::Two => 2,
+            Resampling::Three => 3,
+            Resampling::Four => 4,
+            Resampling::Adaptive => return self.resample_twice(&mut look, pixel),
+        };
+        let (middle, others): (Vec<_>, Vec<_>) =
+            grid(side).into_iter().partition(|place| *place == CENTER);
+        for place in middle.into_iter().chain(others) {
+            pixel.add(look(place).radiance);
+        }
+    }
+
+    /// Adds four samples, and the other twelve of the 4×4 grid where these and the centre do not all agree.
+    fn resample_twice(&self, look: &mut impl FnMut(Place) -> First, pixel: &mut Pixel) {
+        let places = grid(4);
+        let firsts = ROOKS.map(|place| look(places[place]));
+        let center = look(CENTER);
+        let differs = |first: &First| match self.settings.aa {
+            Antialias::Contrast | Antialias::Variance => {
+                contrast(first.radiance, center.radiance) > self.settings.threshold
+            }
+            _ => first.hash != center.hash,
+        };
+        for first in firsts {
+            pixel.add(first.radiance);
+        }
+        if firsts.iter().any(differs) {
+            for (index, &place) in places.iter().enumerate() {
+                if !ROOKS.contains(&index) {
+                    pixel.add(look(place).radiance);
+                }
+            }
+        }
+    }
+
+    /// One sample of a pixel, with its hash if that is compared.
+    fn look(&self, pass: u64, index: usize, place: Place, work: &mut Work) -> First {
+        let mut stream = Stream::new(
+            self.settings.seed,
+            Purpose::Camera,
+            self.key(pass, index, place),
+        );
+        let ray = self.camera_ray(index, place.offset, stream.uniform2());
+        let (radiance, of_sample) = self.tree(ray, Some(&mut stream), work);
+        let hashed = self.settings.aa == Antialias::PathHash
+            || self.settings.pattern == Resampling::Adaptive;
+        let fingerprint = if hashed && self.scene.camera.lens_radius() > 0.0 {
+            self.fingerprint(index, place.offset, work)
+        } else {
+            of_sample
+        };
+        First {
+            radiance,
+            hash: fingerprint.value(self.settings.hash),
+            deviation: 0.0,
+        }
+    }
+
+    /// Index of the random numbers of a sample: those of the 3×3 grid in one range, the others mixed over all.
+    fn key(&self, pass: u64, index: usize, place: Place) -> u64 {
         let size = self.scene.film;
         let pixels = u64::from(size.width) * u64::from(size.height);
-        let key = (pass * pixels + index as u64) * GRID.len() as u64 + place as u64;
-        let mut stream = Stream::new(self.settings.seed, Purpose::Camera, key);
-        let ray = self.camera_ray(index, place, stream.uniform2());
-        let (radiance, hash) = self.tree(ray, Some(&mut stream), work);
-        (radiance, hash.value())
-    }
-
-    /// The hash of a pixel's path through the centre of the lens, where noise of the lens cannot reach it.
-    fn hash_through_lens_center(&self, index: usize, of_sample: u64, work: &mut Work) -> u64 {
-        if self.scene.camera.lens_radius() == 0.0 {
-            return of_sample;
+        let sample = pass * pixels + index as u64;
+        if place.number < 9 {
+            sample * 9 + place.number
+        } else {
+            mix(&[sample, place.number])
         }
-        self.tree(self.camera_ray(index, CENTER, LENS_CENTER), None, work)
-            .1
-            .value()
     }
 
-    fn camera_ray(&self, index: usize, place: usize, lens: [f64; 2]) -> Ray {
+    fn camera_ray(&self, index: usize, offset: DVec2, lens: [f64; 2]) -> Ray {
         let size = self.scene.film;
         let width = size.width as usize;
         let corner = DVec2::new((index % width) as f64, (index / width) as f64);
         let extent = DVec2::new(f64::from(size.width), f64::from(size.height));
-        self.scene
-            .camera
-            .ray(corner + DVec2::from_array(GRID[place]), extent, lens)
-    }
-
-    /// Walks the tree of reflections and refractions. Without a stream only the hash is made: no light, no roulette.
-    fn tree(&self, ray: Ray, mut stream: Option<&mut Stream>, work: &mut Work) -> (Rgb, PathHash) {
-        work.camera_rays += 1;
-        let mut hash = PathHash::default();
-        let mut radiance = Rgb::ZERO;
-        let mut pending = vec![Branch {
-            ray,
-            weight: Rgb::ONE,
-            scale: 1.0,
-            depth: 0,
-            medium: self.medium_of_eye,
-            event: Event::Camera,
-            sure: true,
-        }];
-        while let Some(branch) = pending.pop() {
-            let hit = self.scene.intersect(&branch.ray, work);
-            if branch.sure {
-                hash.vertex(
-                    branch.event,
-                    branch.depth,
-                    hit.as_ref().map(|hit| met(hit, &branch.ray)),
-                );
-            }
-            let Some(hit) = hit else {
-                radiance += branch.weight * self.scene.background;
-                continue;
-            };
-            let weight = branch.weight * self.scene.transmittance(branch.medium, hit.t);
-            let branch = Branch { weight, ..branch };
-            let lobes = Lobes::at(self.scene, &hit, branch.ray.direction);
-            if let Some(stream) = stream.as_deref_mut() {
-                radiance += weight * self.local(&branch, &hit, &lobes, stream, work);
-            }
-            if self
-                .settings
-                .max_depth
-                .is_none_or(|limit| branch.depth < limit)
-            {
-                let scattered = branch.scattered(self.scene, &hit, &lobes, work);
-                for next in scattered.into_iter().flatten() {
-                    pending.extend(next.admitted(stream.as_deref_mut()));
-                    work.scattered_rays += 1;
-                }
-            }
-        }
-        (radiance, hash)
-    }
-
-    /// Emission and directly received light at a hit.
-    fn local(
-        &self,
-        branch: &Branch,
-        hit: &Hit,
-        lobes: &Lobes,
-        stream: &mut Stream,
-        work: &mut Work,
-    ) -> Rgb {
-        let direction = branch.ray.direction;
-        let emission = self.scene.material(hit).emission;
-        let mut radiance = emission.map_or(Rgb::ZERO, |emission| {
-            emission.towards(-hit.normal.dot(direction))
-        });
-        let scatters = self
-            .settings
-            .max_depth
-            .is_none_or(|limit| branch.depth < limit);
-        if scatters && lobes.diffuse != Rgb::ZERO {
-            let normal = hit.normal_on(lobes.side);
-            let from = self.scene.leave(hit, lobes.side, normal, work).origin;
-            let strata = (LIGHT_GRID * branch.heaviness().sqrt())
-                .ceil()
-                .clamp(1.0, LIGHT_GRID);
-            let lights = self.scene.lights.all();
-            let irradiance: Rgb = lights
-                .iter()
-                .map(|light| self.irradiance(light, strata as u32, from, normal, stream, work))
-                .sum();
-            radiance += lobes.diffuse / PI * irradiance;
-        }
-        radiance
-    }
-
-    fn irradiance(
-        &self,
-        light: &Light,
-        strata: u32,
-        from: DVec3,
-        normal: DVec3,
-        stream: &mut Stream,
-        work: &mut Work,
-    ) -> Rgb {
-        let strata = if matches!(light, Light::Area { .. }) {
-            strata
-        } else {
-            1
-        };
-        let side = f64::from(strata);
-        let mut sum = Rgb::ZERO;
-        for row in 0..strata {
-            for column in 0..strata {
-                let [a, b] = stream.uniform2();
-                let place = [(f64::from(column) + a) / side, (f64::from(row) + b) / side];
-                let sample = unoccluded(self.scene, light, from, normal, place, work);
-                sum += sample.map_or(Rgb::ZERO, |(irradiance, _)| irradiance);
-            }
-        }
-        sum / (side * side)
+        self.scene.camera.ray(corner + offset, extent, lens)
     }
 }
 
 fn join(mut a: Work, b: Work) -> Work {
     a += b;
     a
-}
-
-fn met(hit: &Hit, ray: &Ray) -> Met {
-    Met {
-        object: hit.object,
-        piece: hit.piece,
-        front: hit.normal.dot(ray.direction) < 0.0,
-    }
-}
-
-/// A ray still to be traced.
-struct Branch {
-    ray: Ray,
-    /// Share of its radiance in the pixel.
-    weight: Rgb,
-    /// Product of the radiance scales within `weight`; roulette looks past it.
-    scale: f64,
-    depth: u32,
-    medium: Option<usize>,
-    event: Event,
-    /// Whether chance had no part in it so far.
-    sure: bool,
-}
-
-impl Branch {
-    /// The specular branches at a hit, reflection last so that it is followed first.
-    fn scattered(
-        &self,
-        scene: &Scene,
-        hit: &Hit,
-        lobes: &Lobes,
-        work: &mut Work,
-    ) -> [Option<Self>; 2] {
-        let mut leave = |side, direction| scene.leave(hit, side, direction, work);
-        let mirrored = reflect(self.ray.direction, hit.normal);
-        let next = |event, ray, share: Rgb| Self {
-            ray,
-            weight: self.weight * share,
-            scale: self.scale,
-            depth: self.depth + 1,
-            medium: self.medium,
-            event,
-            sure: self.sure,
-        };
-        match &lobes.interface {
-            Some(interface) => {
-                let refraction = interface.refracted.map(|direction| {
-                    let share = (1.0 - interface.reflectance) * interface.radiance_scale;
-                    Self {
-                        medium: interface.beyond,
-                        scale: self.scale * interface.radiance_scale,
-                        ..next(
-                            Event::Refract,
-                            leave(lobes.side.other(), direction),
-                            Rgb::splat(share),
-                        )
-                    }
-                });
-                let reflection = (interface.reflectance > 0.0).then(|| {
-                    next(
-                        Event::Reflect,
-                        leave(lobes.side, mirrored),
-                        Rgb::splat(interface.reflectance),
-                    )
-                });
-                [refraction, reflection]
-            }
-            None if lobes.mirror != Rgb::ZERO => {
-                let ray = leave(lobes.side, mirrored);
-                [Some(next(Event::Mirror, ray, lobes.mirror)), None]
-            }
-            None => [None, None],
-        }
-    }
-
-    /// Share of the pixel that the branch carries, the radiance scale of glass left out.
-    fn heaviness(&self) -> f64 {
-        self.weight.max_element() / self.scale
-    }
-
-    /// The branch as it is if heavy enough; else what roulette leaves of it (nothing without a stream).
-    fn admitted(self, stream: Option<&mut Stream>) -> Option<Self> {
-        let heaviness = self.heaviness();
-        if heaviness >= SURE_WEIGHT && self.depth < SURE_DEPTH {
-            return Some(self);
-        }
-        let survival = (heaviness / SURE_WEIGHT).min(MOST_SURVIVAL);
-        (stream?.uniform() < survival).then(|| Self {
-            weight: self.weight / survival,
-            sure: false,
-            ..self
-        })
-    }
 }

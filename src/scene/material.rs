@@ -53,6 +53,19 @@ impl Pattern {
             Self::Texture { texture, repeat } => texture.at(st * *repeat),
         }
     }
+
+    /// The checker cell or the texel that holds `st`; the same number everywhere on a constant.
+    pub fn cell(&self, st: DVec2) -> [i64; 2] {
+        let cells = match self {
+            Self::Constant(_) => return [0; 2],
+            Self::Checker { repeat, .. } => 2.0 * *repeat,
+            Self::Texture { texture, repeat } => {
+                *repeat * DVec2::new(texture.width as f64, texture.height as f64)
+            }
+        };
+        let cell = (st * cells).floor();
+        [cell.x as i64, cell.y as i64]
+    }
 }
 
 /// Smooth interface between vacuum outside and a medium inside.

@@ -79,10 +79,56 @@ pub enum IndexName {
 pub enum Antialias {
     /// One ray through each pixel's centre.
     None,
-    /// Pixels whose path hash differs from a neighbour's are resampled 3×3.
+    /// Pixels whose path hash differs from a neighbour's are resampled.
     PathHash,
-    /// Every pixel 3×3.
+    /// Every pixel is resampled.
     Uniform,
+    /// Pixels whose colour differs from a neighbour's by more than the threshold are resampled (Whitted 1980).
+    Contrast,
+    /// Every pixel 2×2; pixels whose four samples deviate by more than the threshold are resampled.
+    Variance,
+}
+
+/// What enters the path hash; each takes in all that stands before it, but for `original`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Hash {
+    /// Specular events and their objects alone, in 32 bits, as the course project had it: blind to diffuse objects.
+    Original,
+    /// All hits: object, piece, side, event, depth.
+    Objects,
+    /// And which lights are visible from the diffuse hits (of an area light, its middle).
+    Shadow,
+    /// And the texel or checker cell at the diffuse hits.
+    Texture,
+}
+
+impl Hash {
+    /// Whether lights and patterns enter.
+    pub fn sees_shading(self) -> bool {
+        matches!(self, Self::Shadow | Self::Texture)
+    }
+}
+
+/// How a pixel is resampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+pub enum Resampling {
+    /// At the centres of 2×2 cells.
+    #[serde(rename = "2x2")]
+    #[value(name = "2x2")]
+    Two,
+    /// At the centres of 3×3 cells.
+    #[serde(rename = "3x3")]
+    #[value(name = "3x3")]
+    Three,
+    /// At the centres of 4×4 cells.
+    #[serde(rename = "4x4")]
+    #[value(name = "4x4")]
+    Four,
+    /// At four of the centres of 4×4 cells, and at the other twelve where these and the middle differ.
+    #[serde(rename = "adaptive")]
+    #[value(name = "adaptive")]
+    Adaptive,
 }
 
 /// Name of a solver for surfaces of revolution.
@@ -125,6 +171,12 @@ pub struct RenderTable {
     pub kernel: Option<Kernel>,
     /// Antialiasing of `whitted`.
     pub aa: Option<Antialias>,
+    /// What enters the path hash.
+    pub hash: Option<Hash>,
+    /// How antialiasing resamples.
+    pub pattern: Option<Resampling>,
+    /// Least difference of `contrast` and `variance`, > 0.
+    pub threshold: Option<f64>,
     /// Solver.
     pub solver: Option<SolverName>,
     /// Threads, ≥ 1.
@@ -151,6 +203,9 @@ impl RenderTable {
             index: self.index.or(base.index),
             kernel: self.kernel.or(base.kernel),
             aa: self.aa.or(base.aa),
+            hash: self.hash.or(base.hash),
+            pattern: self.pattern.or(base.pattern),
+            threshold: self.threshold.or(base.threshold),
             solver: self.solver.or(base.solver),
             threads: self.threads.or(base.threads),
             seed: self.seed.or(base.seed),

@@ -156,3 +156,12 @@ pub fn srgb_to_linear(encoded: f64) -> f64 {
         libm::pow((encoded + 0.055) / 1.055, 2.4)
     }
 }
+
+/// The inverse of [`srgb_to_linear`].
+pub fn linear_to_srgb(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055
+    }
+}

@@ -47,6 +47,37 @@ fn p8_at_an_edge_the_estimate_follows_the_covered_share_of_the_disc() {
     }
 }
 
+/// At the foot of a wall under slanting light, the share of the disc that lies beyond the wall is lost, as at an edge: photons on the wall
+/// do not count on the floor. Under 45° both are lit alike; direct light only.
+#[test]
+fn p8_at_the_foot_of_a_wall_the_estimate_is_that_of_an_edge() {
+    for x in [0.0_f64, 0.5, 0.9] {
+        let at = DVec3::new(-x * RADIUS - 1e-9, 0.0, 0.0);
+        let ground = quad(DVec3::new(-2.0, 0.0, 1.0), 2.0 * DVec3::X, -2.0 * DVec3::Z);
+        let wall = quad(DVec3::new(0.0, 0.0, -1.0), 2.0 * DVec3::Y, 2.0 * DVec3::Z);
+        let direction = DVec3::new(1.0, -1.0, 0.0).normalize();
+        let scene = scene(
+            1,
+            camera(at + DVec3::Y, at, 1e-8),
+            vec![(ground, diffuse(0.5)), (wall, diffuse(0.5))],
+            vec![Light::Beam {
+                center: -3.0 * direction,
+                direction,
+                radius: 1.0,
+                irradiance: Rgb::ONE,
+            }],
+        );
+        let settings = Settings {
+            rule: Rule::Constant,
+            max_depth: Some(1),
+            ..settings(Integrator::Sppm, 5000, RADIUS)
+        };
+        let covered = 0.5 + (x * (1.0 - x * x).sqrt() + libm::asin(x)) / PI;
+        let expected = 0.5 / PI * 0.5_f64.sqrt() * covered;
+        assert_mean(&pass_means(&scene, &settings, 100), expected, 0.06);
+    }
+}
+
 #[test]
 fn p9_a_wall_lit_from_behind_stays_black_and_its_radius_as_it_was() {
     let wall = quad(DVec3::new(0.0, -1.0, 1.0), 2.0 * DVec3::Y, -2.0 * DVec3::Z);
@@ -61,6 +92,10 @@ fn p9_a_wall_lit_from_behind_stays_black_and_its_radius_as_it_was() {
     let mut film = Film::new(scene.film);
     let work = mapper.pass(0, &mut film, &mut Phases::default());
     assert!(work.photons_stored > 1000 && !mapper.hit_points().is_empty());
+    // Without the test of sides they would count.
+    let photons = trace(&scene, settings.seed, 0, settings.photons, None).points;
+    let near = |hit: &HitPoint| photons.iter().any(|p| p.distance(hit.point) < 0.5);
+    assert!(mapper.hit_points().iter().any(near));
     assert_eq!(film.mean(), Rgb::ZERO);
     assert!(
         mapper
@@ -125,6 +160,7 @@ fn photons_on_the_wrong_side_or_object_are_turned_away() {
 fn density_is_all_that_counts(estimate: impl Fn(&Gathered, f64, f64) -> Rgb) -> bool {
     let gathered = |photons: u64| Gathered {
         flux: Rgb::splat(photons as f64),
+        bias_flux: Rgb::ZERO,
         photons,
     };
     let one = estimate(&gathered(10), 1.0, 1000.0).x;

@@ -2,6 +2,9 @@
 //! 2e-9 each) and state the effect they can see.
 
 mod acceptance;
+mod cases;
+mod caustic;
+mod command;
 mod energy;
 mod kernels;
 mod limits;

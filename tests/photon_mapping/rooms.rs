@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 
 /// E = I/(R²(1 − ρ)) with a light at the centre: pixels read ρ/π E = 1 at any radius. Sees 7 % and 2 %.
 #[test]
-fn the_integrating_sphere_has_no_kernel_bias_at_any_radius() {
+fn p10_the_integrating_sphere_has_no_kernel_bias_at_any_radius() {
     for (radius, effect) in [(0.05, 0.07), (0.5, 0.02), (1.2, 0.02)] {
         let lights = vec![point_light(DVec3::ZERO, PI)];
         let scene = room(diffuse(0.5), Vec::new(), lights);
@@ -116,7 +116,7 @@ fn p13_scenes_without_light_are_black_but_for_what_they_emit() {
 
 /// Lights of any ratio add up: the weak one is drawn seldom and counts its full share. Sees 4 % of the sum.
 #[test]
-fn two_lights_give_the_sum_of_each() {
+fn p13_two_lights_of_any_ratio_give_the_sum_of_each() {
     let at = [DVec3::new(0.3, 0.0, 0.0), DVec3::new(-0.3, 0.2, 0.1)];
     let read = |lights| {
         let settings = Settings {

@@ -1,14 +1,15 @@
 //! Every bounding volume: conservative, without influence on the hits, and as tight as its kind can be.
 
+use super::aim;
 use super::profiles::random_profile;
-use super::rays::{self, FAMILIES};
-use super::reversed;
+use super::{in_place, reversed};
 use glam::DVec3;
 use photolathe::geometry::bounds::{Bounding, Cylinder, Volume};
 use photolathe::geometry::profile::Profile;
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::newton::NewtonSettings;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver, exact};
+use photolathe::lab::families::Family;
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::work::Work;
 
@@ -52,9 +53,8 @@ fn touching(profile: &Profile, index: u64) -> Ray {
 
 /// Rays of every family and touching rays, `count` of each.
 fn all_rays(profile: &Profile, count: u64) -> impl Iterator<Item = Ray> {
-    let families = FAMILIES
-        .iter()
-        .flat_map(move |&family| (0..count).map(move |index| rays::ray(profile, family, index)));
+    let families = aim::all_rays(&in_place(profile), count).into_iter();
+    let families = families.map(|(_, ray)| ray);
     families.chain((0..count).map(|index| touching(profile, index)))
 }
 
@@ -167,15 +167,14 @@ fn tighter_volumes_cull_more_and_the_counters_say_how_many() {
         for piece in &mut wide {
             piece.radius = piece.radius.map(|r| 3.0 * r);
         }
-        let wide = Profile::new(wide).expect("the pieces still join");
+        let wide = in_place(&Profile::new(wide).expect("the pieces still join"));
         let count = 3000;
         let mut misses = 0;
         let culled = Bounding::ALL.map(|kind| {
             let shape = Revolution::new(profile.clone(), Placement::identity()).bounded_by(kind);
             let mut work = Work::default();
             misses = 0;
-            for index in 0..count {
-                let ray = rays::ray(&wide, rays::Family::Random, index);
+            for ray in aim::rays(&wide, Family::Random, count) {
                 let hit = shape.nearest(&ray, &Solver::Bernstein, &mut work);
                 misses += u64::from(hit.is_none());
             }

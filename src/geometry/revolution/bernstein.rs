@@ -33,10 +33,11 @@ use super::super::hit::Crossing;
 use super::super::profile::{Piece, Profile};
 use super::super::ray::Ray;
 use crate::numeric::polynomial::{cubic_extrema, elevate, product};
-use crate::numeric::simd::Vectors;
+use crate::numeric::simd::{Portable, Vectors};
 use crate::numeric::work::Work;
 use batch::Many;
 pub use certainty::Certainty;
+use isolate::has_one_sign;
 use line::{Line, halves};
 use solve::{All, Nearest};
 
@@ -94,6 +95,8 @@ struct PreparedPiece {
     ranks: [usize; 2],
     /// Places of the pieces that share the start and the end.
     neighbours: [Option<usize>; 2],
+    /// Whether the start and the end lie on the axis, with h′ = 0 and r′ ≠ 0, as the middle of a cap does.
+    tips: [bool; 2],
     /// Parameters 0, the extrema of h, 1, the last one repeated.
     breaks: [f64; 4],
     /// Bound of |h″|.
@@ -253,6 +256,16 @@ impl Prepared {
         })
     }
 
+    /// The numbers of the pieces that the line through a ray may meet: no other has a crossing. Pieces on the axis are not told.
+    pub fn suspects(&self, ray: &Ray) -> Vec<u32> {
+        let (line, fine) = Line::new(self, ray);
+        let may_meet = |piece: &&PreparedPiece| {
+            !(fine && has_one_sign(Portable, &line.coefficients(piece), line.error))
+        };
+        let suspects = self.pieces.iter().filter(may_meet);
+        suspects.map(|piece| piece.index).collect()
+    }
+
     #[inline(always)]
     fn order(&self, line: &Line) -> &[usize] {
         if line.climbs() {
@@ -315,6 +328,10 @@ impl PreparedPiece {
             },
             ranks: [0; 2],
             neighbours: [None; 2],
+            tips: [[0, 1], [3, 2]].map(|[end, next]| {
+                let (r, h) = (&piece.radius, &piece.height);
+                r[end] == 0.0 && r[next] != 0.0 && h[end] == h[next]
+            }),
             breaks,
             bend,
             spread: 6.0 * size * steps.fold(0.0, f64::max),
@@ -322,7 +339,7 @@ impl PreparedPiece {
     }
 }
 
-/// Joins each piece with those that start where it ends.
+/// Joins each piece with those that start where it ends. What meets another end on the axis is no tip: the two may share a crossing.
 fn link(pieces: &mut [PreparedPiece]) {
     for from in 0..pieces.len() {
         let to = (from + 1) % pieces.len();
@@ -333,6 +350,16 @@ fn link(pieces: &mut [PreparedPiece]) {
         if meet && (a.index + 1 == b.index || to == 0) {
             pieces[from].neighbours[1] = Some(to);
             pieces[to].neighbours[0] = Some(from);
+        }
+    }
+    let ends: Vec<f64> = (pieces.iter())
+        .flat_map(|piece| [0, 3].map(|end| (piece.curve.radius[end], piece.curve.height[end])))
+        .filter_map(|(radius, height)| (radius == 0.0).then_some(height))
+        .collect();
+    for piece in pieces {
+        for (tip, end) in piece.tips.iter_mut().zip([0, 3]) {
+            let height = piece.curve.height[end];
+            *tip &= ends.iter().filter(|&&other| other == height).count() == 1;
         }
     }
 }

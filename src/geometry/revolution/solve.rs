@@ -107,7 +107,8 @@ impl Revolution {
             return Vec::new();
         }
         work.solver_fallbacks += 1;
-        exact::crossings(&self.profile, local)
+        let suspects = self.prepared.suspects(local);
+        exact::crossings_among(&self.profile, local, |piece| suspects.contains(&piece))
     }
 
     /// The ray in the profile's frame, if it may meet the surface's bounding volume.

@@ -89,22 +89,19 @@ impl Boxes {
 }
 
 impl Packet {
-    /// Up to sixteen queries.
-    fn of(queries: impl Iterator<Item = DVec3>) -> Self {
+    /// Up to sixteen queries, and a box around them.
+    fn of(queries: impl Iterator<Item = DVec3>) -> (Self, Bounds) {
         let mut packet = Self([[f64::NAN; WIDTH]; 3]);
-        for (place, query) in queries.enumerate() {
-            for (axis, x) in query.to_array().into_iter().enumerate() {
-                packet.0[axis][place] = x;
+        // A query with a NaN, which no ball covers, leaves a box that holds the others.
+        let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (place, query) in queries.take(WIDTH).enumerate() {
+            for axis in 0..3 {
+                packet.0[axis][place] = query[axis];
             }
+            least = least.min(query);
+            most = most.max(query);
         }
-        packet
-    }
-
-    /// A box around its queries.
-    fn bounds(&self) -> Bounds {
-        let least = self.0.map(|x| x.into_iter().fold(f64::NAN, f64::min));
-        let most = self.0.map(|x| x.into_iter().fold(f64::NAN, f64::max));
-        Bounds::around(least.into(), most.into())
+        (packet, Bounds::around(least, most))
     }
 
     /// Bit i says whether the ball covers query i: the predicate of all indices, to the bit.
@@ -146,16 +143,22 @@ impl Packets {
 
     /// Of queries in the order in which the function names them.
     fn new(count: usize, query: impl Fn(usize) -> DVec3 + Sync) -> Self {
-        let (packets, bounds) = (0..count.div_ceil(WIDTH))
-            .into_par_iter()
+        let blank = Bounds {
+            least: [f32::NAN; 3],
+            most: [f32::NAN; 3],
+        };
+        let mut bounds = vec![blank; count.div_ceil(WIDTH)];
+        let packets = bounds
+            .par_iter_mut()
             .with_min_len(256)
-            .map(|packet| {
+            .enumerate()
+            .map(|(packet, bounds)| {
                 let places = packet * WIDTH..count.min((packet + 1) * WIDTH);
-                let packet = Packet::of(places.map(&query));
-                let bounds = packet.bounds();
-                (packet, bounds)
+                let (packet, around) = Packet::of(places.map(&query));
+                *bounds = around;
+                packet
             })
-            .unzip();
+            .collect();
         Self { packets, bounds }
     }
 
@@ -200,6 +203,11 @@ pub(super) fn levels(count: usize, bounds: impl Fn(usize) -> Bounds + Sync) -> V
         levels.push(above);
     }
     levels
+}
+
+/// Bytes of some levels.
+pub(super) fn bytes(levels: &[Vec<Boxes>]) -> usize {
+    levels.iter().map(|level| size_of_val(&**level)).sum()
 }
 
 /// Nodes over `count` boxes.

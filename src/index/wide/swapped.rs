@@ -1,7 +1,7 @@
 //! The wide tree the other way round: over the queries, asked by each ball. Nothing is built before a join, so it pays where balls
 //! move between joins or are few.
 
-use super::boxes::{Bounds, Boxes, Packets, WIDTH, levels};
+use super::boxes::{Bounds, Boxes, Packets, WIDTH, bytes, levels};
 use super::restore;
 use crate::index::{BallIndex, Balls, IndexError, ball_box, scan, sum};
 use crate::numeric::simd::{Kernel, Lanes, Vectors};
@@ -39,12 +39,35 @@ impl Swapped {
         Self { balls, vectors }
     }
 
+    /// Bytes that a join with these queries holds for them.
+    pub fn bytes(queries: &[DVec3]) -> usize {
+        QueryTree::new(queries).bytes()
+    }
+
     /// Gives the balls new squared radii.
     ///
     /// # Errors
     /// As [`Balls::new`].
     pub fn set_radii_squared(&mut self, radii_squared: &[f64]) -> Result<(), IndexError> {
         self.balls.set_radii_squared(radii_squared)
+    }
+}
+
+impl QueryTree {
+    fn new(queries: &[DVec3]) -> Self {
+        let (packets, order) = Packets::compact(queries);
+        Self {
+            levels: levels(packets.bounds.len(), |packet| packets.bounds[packet]),
+            packets,
+            order,
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        bytes(&self.levels)
+            + size_of_val(&*self.packets.packets)
+            + size_of_val(&*self.packets.bounds)
+            + self.order.as_deref().map_or(0, size_of_val)
     }
 }
 
@@ -60,12 +83,7 @@ impl BallIndex for Swapped {
         T: Copy + Default + Send,
         G: Fn(usize, &[u32]) -> T + Sync,
     {
-        let (packets, order) = Packets::compact(queries);
-        let tree = QueryTree {
-            levels: levels(packets.bounds.len(), |packet| packets.bounds[packet]),
-            packets,
-            order,
-        };
+        let tree = QueryTree::new(queries);
         let mut answers = vec![T::default(); self.balls.len()];
         let chunks = answers.par_chunks_mut(CHUNK).enumerate();
         let works = chunks.map_init(Vec::new, |hits, (chunk, out)| {

@@ -190,7 +190,8 @@ mod tests {
     #[test]
     fn a_judge_that_takes_pixels_as_independent_raises_false_alarms() {
         let alarms = false_alarms(across_pixels);
-        assert!(alarms > 20, "{alarms}");
+        // Level 1e-4: even two would be too many.
+        assert!(alarms > 3, "{alarms}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::arrivals::{Arrival, Arrivals};
 use super::camera::HitPoint;
+use super::error::bias_weight;
 use crate::scene::Rgb;
 use std::f64::consts::PI;
 
@@ -10,6 +11,8 @@ use std::f64::consts::PI;
 pub struct Gathered {
     /// Sum of the flux of the photons, as [`Arrival::flux`].
     pub flux: Rgb,
+    /// The same, each times [`bias_weight`].
+    pub bias_flux: Rgb,
     /// Number of photons.
     pub photons: u64,
 }
@@ -26,15 +29,15 @@ pub fn accepts(hit_point: &HitPoint, photon: &Arrival, max_depth: Option<u32>) -
         })
 }
 
-/// Adds to what a hit point has gathered, in their order, the photons that it accepts of those within its radius, the flux of each
-/// times its weight.
+/// Adds to what a hit point has gathered, in their order, the photons that it accepts of those within its radius: the flux of each
+/// times its weight. `look` gives a photon's weight and, where the bias is to be estimated, its d²/r².
 pub fn gather(
     hit_point: &HitPoint,
     within: &[u32],
     arrivals: &Arrivals,
     max_depth: Option<u32>,
     mut gathered: Gathered,
-    weight: impl Fn(u32) -> f64,
+    look: impl Fn(u32) -> (f64, Option<f64>),
 ) -> Gathered {
     // On flat surfaces, the most common, one comparison stands for those of objects and normals.
     let surface = arrivals.surface(hit_point.object, hit_point.normal);
@@ -57,7 +60,11 @@ pub fn gather(
                 arrival.flux
             }
         };
-        gathered.flux += flux * weight(photon);
+        let (weight, share) = look(photon);
+        gathered.flux += flux * weight;
+        if let Some(share) = share {
+            gathered.bias_flux += flux * bias_weight(share);
+        }
         gathered.photons += 1;
     }
     gathered
@@ -73,8 +80,24 @@ pub fn radiance(
     radius_squared: f64,
     emitted: f64,
 ) -> Rgb {
+    per_area(hit_point, gathered, gathered.flux, radius_squared, emitted)
+}
+
+/// The estimated bias of [`radiance`]: see [`error`](super::error).
+pub fn bias(hit_point: &HitPoint, gathered: &Gathered, radius_squared: f64, emitted: f64) -> Rgb {
+    let flux = gathered.bias_flux;
+    per_area(hit_point, gathered, flux, radius_squared, emitted)
+}
+
+fn per_area(
+    hit_point: &HitPoint,
+    gathered: &Gathered,
+    flux: Rgb,
+    radius_squared: f64,
+    emitted: f64,
+) -> Rgb {
     if gathered.photons == 0 {
         return Rgb::ZERO;
     }
-    hit_point.weight * gathered.flux / (PI * radius_squared * emitted)
+    hit_point.weight * flux / (PI * radius_squared * emitted)
 }

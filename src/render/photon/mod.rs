@@ -10,6 +10,7 @@
 
 pub mod arrivals;
 pub mod camera;
+pub mod error;
 pub mod gather;
 pub mod kernel;
 pub mod radius;
@@ -25,6 +26,7 @@ use crate::numeric::work::Work;
 use crate::scene::options::{Integrator, Kernel, Rule};
 use crate::scene::{Rgb, Scene};
 use camera::{HitPoint, Sampling, View};
+use error::Errors;
 use gather::Gathered;
 use glam::DVec3;
 use radius::{Schedule, Statistics};
@@ -57,6 +59,8 @@ pub struct PhotonMapper<'a> {
     energy: Energy,
     /// Most photons that lay in memory together.
     most_photons: usize,
+    /// Where the settings ask for them.
+    errors: Option<Errors>,
 }
 
 /// CPU seconds of the process, all threads, in each phase of the passes so far.
@@ -121,6 +125,8 @@ impl<'a> PhotonMapper<'a> {
                 index: None,
                 energy: Energy::default(),
                 most_photons: 0,
+                errors: (settings.estimate_errors)
+                    .then(|| Errors::new(scene.film.width as usize * scene.film.height as usize)),
             }),
         }
     }
@@ -160,6 +166,11 @@ impl<'a> PhotonMapper<'a> {
     /// What became of the light of all passes so far.
     pub fn energy(&self) -> &Energy {
         &self.energy
+    }
+
+    /// The estimated errors of the mean of all passes so far, if the settings ask for them.
+    pub fn errors(&self) -> Option<&Errors> {
+        self.errors.as_ref()
     }
 
     /// The hit points of the last pass.
@@ -275,6 +286,7 @@ impl<'a> PhotonMapper<'a> {
             seed,
             max_depth,
             kernel,
+            estimate_errors,
             ..
         } = *self.settings;
         let hit_points = &self.view.hit_points;
@@ -300,15 +312,26 @@ impl<'a> PhotonMapper<'a> {
             } = photons;
             let gather = |item: usize, within: &[u32]| {
                 let (hit_point, so_far) = (&hit_points[item], sums[item]);
-                let weight = |photon: u32| {
-                    let at = points[photon as usize];
-                    kernel.weight(at.distance_squared(hit_point.point) / radii_squared[item])
+                let share = |photon: u32| {
+                    points[photon as usize].distance_squared(hit_point.point) / radii_squared[item]
                 };
-                match kernel {
-                    Kernel::Disc => {
-                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, |_| 1.0)
+                // The places of photons are read only where something depends on them.
+                match (kernel, estimate_errors) {
+                    (Kernel::Disc, false) => {
+                        let look = |_| (1.0, None);
+                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
                     }
-                    _ => gather::gather(hit_point, within, &arrivals, max_depth, so_far, weight),
+                    (_, false) => {
+                        let look = |photon| (kernel.weight(share(photon)), None);
+                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
+                    }
+                    (_, true) => {
+                        let look = |photon| {
+                            let share = share(photon);
+                            (kernel.weight(share), Some(share))
+                        };
+                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
+                    }
                 }
             };
             let reached = index.join(&points, &gather, work);
@@ -328,20 +351,29 @@ impl<'a> PhotonMapper<'a> {
     }
 
     /// Adds the pass's sample to every pixel: emission, and the hit points in their order.
-    fn add_to(&self, film: &mut Film, gathered: &[Gathered]) {
+    fn add_to(&mut self, film: &mut Film, gathered: &[Gathered]) {
         let emitted = self.settings.photons as f64;
         let rule = self.settings.rule;
+        // What is gathered estimates the bias of the disc, (r²/8) ∇²E; the kernel's is (r²/4) ∫sw ∇²E.
+        let share = 2.0 * self.settings.kernel.moment(1);
         let hit_points = self.view.hit_points.par_iter().zip(&self.radii_squared);
-        let radiances: Vec<Rgb> = hit_points
+        let readings: Vec<[Rgb; 2]> = hit_points
             .zip(gathered)
             .map(|((hit_point, &radius_squared), gathered)| {
                 let square = rule.divisor(hit_point.first_radius_squared, radius_squared);
-                gather::radiance(hit_point, gathered, square, emitted)
+                let bias = share * gather::bias(hit_point, gathered, square, emitted);
+                [gather::radiance(hit_point, gathered, square, emitted), bias]
             })
             .collect();
         let mut samples = self.view.emission.clone();
-        for (hit_point, radiance) in self.view.hit_points.iter().zip(radiances) {
-            samples[hit_point.pixel as usize] += radiance;
+        let mut biases = vec![Rgb::ZERO; samples.len()];
+        for (hit_point, [radiance, bias]) in self.view.hit_points.iter().zip(readings) {
+            let pixel = hit_point.pixel as usize;
+            samples[pixel] += radiance;
+            biases[pixel] += bias;
+        }
+        if let Some(errors) = &mut self.errors {
+            errors.add(&samples, &biases);
         }
         let pixels = film.pixels_mut().par_iter_mut();
         pixels

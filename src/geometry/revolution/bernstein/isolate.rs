@@ -12,6 +12,8 @@ pub(super) struct Bracket {
     pub(super) guess: f64,
     /// Whether the polynomial is positive at `low`.
     pub(super) falls: bool,
+    /// Whether it ends in the middle of a cap, where the root has a twin beyond the end.
+    pub(super) tip: bool,
 }
 
 /// The brackets of one piece, by rising parameter.
@@ -31,6 +33,7 @@ impl Brackets {
             high: 0.0,
             guess: 0.0,
             falls: false,
+            tip: false,
         };
         Self {
             list: [none; CAPACITY],
@@ -131,6 +134,7 @@ fn bracket(c: impl Fn(usize) -> f64, place: u32, low: f64, high: f64) -> Bracket
         high,
         guess: low + guess * (high - low),
         falls: a > b,
+        tip: false,
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) struct Aim {
     pub(super) o: DVec3,
     pub(super) d: DVec3,
     /// q₀ = (o_x d_y − o_y d_x, o_z d_y − o_y d_z).
-    q: [f64; 2],
+    pub(super) q: [f64; 2],
     /// A = d_x² + d_z².
     pub(super) across: f64,
     /// D = d_y².

@@ -181,6 +181,7 @@ impl Queue {
             high: self.high[lane],
             guess: self.guess[lane],
             falls: self.falls[lane],
+            tip: false,
         };
         let first = Refined {
             root,

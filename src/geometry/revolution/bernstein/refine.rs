@@ -14,7 +14,7 @@ pub(super) struct Refined {
     pub(super) root: Root,
     /// Size of the last step.
     pub(super) change: f64,
-    /// Whether the steps converged to the root in the bracket.
+    /// Whether the steps converged to the root in the bracket, away from its ends.
     pub(super) sure: bool,
 }
 
@@ -75,9 +75,14 @@ pub(super) fn find(curve: &Cubics, aim: &Aim, bracket: &Bracket, steps: &mut u64
     aim.root_at(curve, u)
 }
 
+/// Nearer to an end than this share of the bracket, the steps may have found a root beyond the end, put on it by rounding: that of
+/// the next piece, for a ray through the joint. [`search`] tells them apart by the sign at the end, which is certain.
+const NEAR_AN_END: f64 = 1.0 / 4096.0;
+
 #[inline(always)]
 fn inside([low, high]: [f64; 2], u: f64) -> bool {
-    (u >= low) & (u <= high)
+    let margin = NEAR_AN_END * (high - low);
+    (u - low >= margin) & (high - u >= margin)
 }
 
 /// One step of Householder's method of third order (fourfold the digits), kept inside the bracket, with its size.

@@ -1,7 +1,7 @@
 //! One ray against all pieces.
 
 use super::isolate::{Bracket, Brackets, Sight, has_one_sign, isolate, look};
-use super::joint::isolate_at_joint;
+use super::joint::{Beyond, isolate_at_joint};
 use super::line::Line;
 use super::refine::{STEPS, find, refine, refine_more, search};
 use super::{Answer, Padded, Prepared, PreparedPiece, Root, Slope, Undecided, level};
@@ -193,6 +193,9 @@ impl Line {
     /// The root in a bracket, for a ray that is not nearly level.
     #[inline(always)]
     fn root(&self, piece: &PreparedPiece, bracket: &Bracket, work: &mut Work) -> Root {
+        if bracket.tip {
+            return self.tip_root(&piece.curve, bracket, &mut work.solver_iterations);
+        }
         work.solver_iterations += STEPS;
         let range = [bracket.low, bracket.high];
         let refined = refine(&piece.curve, &self.aim, range, bracket.guess);
@@ -211,8 +214,10 @@ impl Line {
         pieces: &[PreparedPiece],
         piece: &PreparedPiece,
     ) -> Result<Brackets, Undecided> {
-        isolate_at_joint(c, self.error, |side| {
-            Some(self.coefficients(&pieces[piece.neighbours[side]?]))
+        isolate_at_joint(c, self.error, |side| match piece.neighbours[side] {
+            Some(place) => Beyond::Piece(self.coefficients(&pieces[place])),
+            None if piece.tips[side] => Beyond::Axis,
+            None => Beyond::Nothing,
         })
     }
 
@@ -247,7 +252,12 @@ impl Line {
                 _ => isolate(Portable, &c, [0.0, 1.0], self.error)?,
             };
             for bracket in brackets.as_slice() {
-                found(piece, find(&piece.curve, &self.aim, bracket, steps))?;
+                let root = if bracket.tip {
+                    self.tip_root(&piece.curve, bracket, steps)
+                } else {
+                    find(&piece.curve, &self.aim, bracket, steps)
+                };
+                found(piece, root)?;
             }
         }
         Ok(())

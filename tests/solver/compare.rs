@@ -1,10 +1,11 @@
-//! Small profiles with closed answers, and how answers are compared.
+//! How answers are compared.
 
 use glam::DVec3;
 use photolathe::geometry::hit::Crossing;
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver};
+use photolathe::geometry::specimens::{Specimen, piece};
 use photolathe::numeric::work::Work;
 
 /// An implementation of "the nearest crossing".
@@ -31,20 +32,9 @@ pub(crate) fn revolve(pieces: Vec<Piece>) -> Revolution {
     Revolution::new(profile, Placement::identity())
 }
 
-/// A piece from control radii and heights.
-pub(crate) fn piece(radius: [f64; 4], height: [f64; 4]) -> Piece {
-    Piece { radius, height }
-}
-
-/// A straight piece; `from` and `to` should differ by multiples of 3 for the control points to be exact.
-pub(crate) fn line(from: [f64; 2], to: [f64; 2]) -> Piece {
-    let mix = |i: usize, w: f64| from[i] + w * (to[i] - from[i]) / 3.0;
-    Piece::new([
-        from,
-        [mix(0, 1.0), mix(1, 1.0)],
-        [mix(0, 2.0), mix(1, 2.0)],
-        to,
-    ])
+/// A specimen in its own frame.
+pub(crate) fn specimen(specimen: Specimen) -> Revolution {
+    Revolution::new(specimen.profile(), Placement::identity())
 }
 
 /// h = r² for r in [0, 3], exact: r = 3u, h = 9u².

@@ -1,9 +1,14 @@
 //! Path-hash antialiasing: what the hash tells apart, and what the mask does with it.
 
+mod cases;
+mod patterns;
+
 use glam::DVec2;
 use photolathe::numeric::rng::mix;
 use photolathe::numeric::work::Work;
-use photolathe::render::antialias::{CENTER, Event, GRID, Met, PathHash, mask};
+use photolathe::render::antialias::fingerprint::{Event, Met, PathHash};
+use photolathe::render::antialias::mask::mask;
+use photolathe::render::antialias::pattern::{Place, grid};
 use photolathe::render::driver::render_unwatched;
 use photolathe::render::film::Film;
 use photolathe::render::settings::Settings;
@@ -14,7 +19,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 type Recorded = Vec<(Event, Option<Met>)>;
-type Hash = fn(&Recorded) -> u64;
+type Hasher = fn(&Recorded) -> u64;
 
 fn ours(path: &Recorded) -> u64 {
     let mut hash = PathHash::default();
@@ -72,7 +77,7 @@ fn paths(depth: usize) -> Vec<Recorded> {
     all
 }
 
-fn tells_all_paths_apart(hash: Hash) -> bool {
+fn tells_all_paths_apart(hash: Hasher) -> bool {
     let paths = paths(2);
     assert!(paths.len() > 130_000, "{} paths", paths.len());
     let mut seen = HashMap::new();
@@ -322,12 +327,13 @@ fn nine_samples_cut_the_error_of_a_straight_edge_to_a_third() {
     let (mut one, mut nine) = ((0.0_f64, 0.0), (0.0_f64, 0.0));
     for k in 0..places {
         let edge = (f64::from(k) + 0.5) / f64::from(places);
-        let covered = |points: &[[f64; 2]]| {
-            points.iter().filter(|point| point[0] < edge).count() as f64 / points.len() as f64
+        let covered = |places: &[Place]| {
+            let inside = |place: &&Place| place.offset.x < edge;
+            places.iter().filter(inside).count() as f64 / places.len() as f64
         };
         for (error, worst) in [
-            (covered(&[GRID[CENTER]]) - edge, &mut one),
-            (covered(&GRID) - edge, &mut nine),
+            (covered(&grid(1)) - edge, &mut one),
+            (covered(&grid(3)) - edge, &mut nine),
         ] {
             worst.0 = worst.0.max(error.abs());
             worst.1 += error * error / f64::from(places);

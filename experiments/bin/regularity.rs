@@ -1,0 +1,7 @@
+//! Runs the experiment `regularity`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    photolathe::cli::experiment::main("regularity")
+}

@@ -129,7 +129,7 @@ impl Approach {
     #[inline(always)]
     fn meets(&self) -> bool {
         // Not "at least 0": what is not a number has roots that are none, and no range holds them.
-        !(self.below < 0.0)
+        (self.below >= 0.0) | self.below.is_nan()
     }
 
     /// Both roots, near ≤ far, without cancellation. Not numbers if there are none.

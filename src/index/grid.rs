@@ -75,8 +75,15 @@ impl Cells {
             |(least, most), &query| (least.min(query), most.max(query)),
         );
         let extent = (most - least).max(DVec3::ZERO);
-        // `max` first: it passes over the NaN of no extent in cells of no width.
-        let mut size = (extent / cell).map(|along| (along.floor() + 1.0).max(1.0).min(MOST_ALONG));
+        // No extent in cells of no width, a NaN, makes one cell.
+        let along = |cells: f64| {
+            if cells >= 1.0 {
+                (cells.floor() + 1.0).min(MOST_ALONG)
+            } else {
+                1.0
+            }
+        };
+        let mut size = (extent / cell).map(along);
         while size.element_product() > CELLS_PER_QUERY * queries.len() as f64 + 8.0 {
             size = (0.5 * size).ceil();
         }

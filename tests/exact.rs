@@ -394,8 +394,9 @@ fn steps_of(shape: &Revolution, rays: impl Iterator<Item = Ray>) -> f64 {
     work.solver_iterations as f64 / hits as f64
 }
 
-/// Three steps are the least. From the control polygon it takes 3.2 a hit on random rays and 3.7 on rays that pass a joint by
-/// 1e-6 to 1e-12, where the value at that end is almost zero; from the secant of the end values 4.6 and 5.0.
+/// Three steps are the least. From the control polygon it takes 3.2 a hit on random rays, and 6.0 on rays that pass a joint or the
+/// tip of a cap by 1e-6 to 1e-12, where the value at that end is almost zero (tips are searched); from the secant of the end values 4.6 on
+/// random rays, and 1.3 more than otherwise past joints.
 #[test]
 fn a_start_at_the_control_polygon_costs_few_steps_and_one_at_the_secant_would_not() {
     let shape = in_place(&Profile::cup());
@@ -407,7 +408,7 @@ fn a_start_at_the_control_polygon_costs_few_steps_and_one_at_the_secant_would_no
     };
     let joints = rays(&shape, Family::Joints, 4000).into_iter();
     let near = steps_of(&shape, joints.enumerate().map(past));
-    assert!(near < 4.2, "{near}");
+    assert!(near < 6.5, "{near}");
 }
 
 /// Newton's method on the two branches of a nearly level ray doubles its digits a step: 7.5 a hit, and 12 if damped by .7.

@@ -1,4 +1,5 @@
-//! Time of one ray against a surface of revolution, by solver, family and instruction set, alone and in batches.
+//! Time of one ray against a surface of revolution, by solver, family and instruction set, alone and in batches; and of a whole
+//! picture of the cup by solver.
 
 #[path = "../tests/solver/aim.rs"]
 mod aim;
@@ -16,7 +17,13 @@ use photolathe::geometry::revolution::{Placement, Revolution, Solver};
 use photolathe::lab::families::Family;
 use photolathe::numeric::simd::Vectors;
 use photolathe::numeric::work::Work;
+use photolathe::render::driver::render_unwatched;
+use photolathe::render::settings::Settings;
+use photolathe::scene::Scene;
+use photolathe::scene::file::load;
+use photolathe::scene::options::{Antialias, Integrator, RenderTable};
 use std::hint::black_box;
+use std::path::Path;
 
 /// Every family is a benchmark of the default solver; the others see random rays only.
 fn solvers(criterion: &mut Criterion) {
@@ -136,5 +143,35 @@ fn sets(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, shape: &Revolution
     }
 }
 
-criterion_group!(benches, solvers);
+/// What the solver does to a whole picture: the cup at 48 × 36, one thread.
+fn frames(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("frame");
+    group.sample_size(10);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cup.toml");
+    let small = [("film.width", "48"), ("film.height", "36")];
+    let small = small.map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let scene = load(&path, &small).expect("the cup");
+    let settings = Settings::resolve(&RenderTable {
+        integrator: Some(Integrator::Whitted),
+        aa: Some(Antialias::None),
+        threads: Some(1),
+        ..RenderTable::default()
+    });
+    let newton = Solver::Newton(NewtonSettings {
+        starts: 30,
+        ..NewtonSettings::default()
+    });
+    for (label, solver) in [("bernstein", Solver::Bernstein), ("newton30", newton)] {
+        let scene = Scene {
+            solver,
+            ..scene.clone()
+        };
+        group.bench_function(label, |bencher| {
+            bencher.iter(|| render_unwatched(black_box(&scene), &settings));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, solvers, frames);
 criterion_main!(benches);

@@ -1,5 +1,6 @@
 //! Which solver is right, on which rays, and at what price?
 
+mod bounds;
 mod conclusion;
 pub mod library;
 mod roster;
@@ -14,8 +15,9 @@ use crate::lab::grade::{Asked, Verdict, judge};
 use crate::lab::table::Value;
 use crate::numeric::clock::ThreadClock;
 use crate::numeric::work::Work;
+use bounds::Bounds;
 use clap::ValueEnum;
-use roster::{Contestant, contestants};
+use roster::{BERNSTEIN, Contestant, contestants};
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
@@ -28,7 +30,9 @@ pub const EXPERIMENT: Experiment = Experiment {
              a hit is right if its t is that of the nearest crossing within the solver's own accuracy, and a miss only if there is \
              none: no answer is excused as a graze. Errors of right hits are relative to the size of the coordinates, s = |o| + t |d| or, if \
              greater, radius + height of the surface; `max_ulps` counts ε s/|n · d| (at an edge, with \
-             the piece that the ray meets more flatly: the hit may be told as either's). Times are CPU time a ray, the median over chunks of rays; polycool (kurbo) and Bezier clipping \
+             the piece that the ray meets more flatly: the hit may be told as either's). `bounded` counts the default solver's hits that come \
+             with a bound of their errors (`bound_ulps`: its median, in the same unit), `bounds_broken` those whose error of t, u or \
+             the normal exceeds it. On random rays the default solver also runs without one ingredient at a time. Times are CPU time a ray, the median over chunks of rays; polycool (kurbo) and Bezier clipping \
              (Nishita, Sederberg and Kakimoto 1990) stand for what one would use instead.",
     columns: &[
         "solver",
@@ -45,6 +49,9 @@ pub const EXPERIMENT: Experiment = Experiment {
         "ns_per_ray",
         "work",
         "max_ulps",
+        "bounded",
+        "bounds_broken",
+        "bound_ulps",
     ],
     timed: true,
     cpu_seconds: [9.0, 240.0, 20_000.0],
@@ -100,24 +107,31 @@ fn compare(
 ) -> anyhow::Result<Vec<Tally>> {
     let all = contestants(surface, family);
     let mut tallies: Vec<Tally> = all.into_iter().map(Tally::new).collect();
+    let mut bounds = Bounds::default();
     let chunk = count.div_ceil(CHUNKS);
     for start in (0..count).step_by(chunk as usize) {
         let indices = start..count.min(start + chunk);
         let rays = indices.map(|index| target.ray(family, &mut family.stream(seed, index)));
         let rays: Vec<Ray> = rays.collect::<Result<_, _>>()?;
-        let asked: Vec<Asked> = rays.iter().map(|ray| asked(surface, ray)).collect();
+        let truths: Vec<_> = rays.iter().map(|ray| asked(surface, ray)).collect();
         for tally in &mut tallies {
-            tally.measure(surface, &rays, &asked);
+            tally.measure(surface, &rays, &truths);
+        }
+        bounds.add(surface, &rays, &truths);
+    }
+    for tally in &mut tallies {
+        if tally.contestant.name == BERNSTEIN {
+            tally.bounds = std::mem::take(&mut bounds);
         }
     }
     Ok(tallies)
 }
 
-/// What is true of a ray. The margin is infinite: nothing is excused.
-fn asked(surface: &Revolution, ray: &Ray) -> Asked {
+/// What is true of a ray, with all its crossings. The margin is infinite: nothing is excused.
+fn asked(surface: &Revolution, ray: &Ray) -> (Asked, Vec<Crossing>) {
     let (radius, height) = surface.profile().control_size();
-    let nearest = exact::crossings(surface.profile(), ray);
-    let nearest = nearest.first().map(|&crossing| {
+    let truths = exact::crossings(surface.profile(), ray);
+    let nearest = truths.first().map(|&crossing| {
         let cosine = |crossing| {
             let normal = surface.hit(ray, crossing).normal;
             normal.dot(ray.direction.normalize()).abs()
@@ -127,7 +141,7 @@ fn asked(surface: &Revolution, ray: &Ray) -> Asked {
     });
     let distance = ray.origin.length();
     let speed = ray.direction.length();
-    Asked {
+    let asked = Asked {
         number: 0,
         family: String::new(),
         distance,
@@ -135,7 +149,8 @@ fn asked(surface: &Revolution, ray: &Ray) -> Asked {
         nearest,
         scale: (distance + nearest.map_or(0.0, |(t, _)| t.abs() * speed)).max(radius + height),
         margin: f64::INFINITY,
-    }
+    };
+    (asked, truths)
 }
 
 /// A crossing this near to an end of its piece may be told as one of the next piece.
@@ -171,6 +186,7 @@ struct Tally {
     max_ulps: f64,
     ns: Vec<f64>,
     work: Work,
+    bounds: Bounds,
 }
 
 impl Tally {
@@ -185,14 +201,15 @@ impl Tally {
             max_ulps: 0.0,
             ns: Vec::new(),
             work: Work::default(),
+            bounds: Bounds::default(),
         }
     }
 
-    fn measure(&mut self, surface: &Revolution, rays: &[Ray], asked: &[Asked]) {
+    fn measure(&mut self, surface: &Revolution, rays: &[Ray], truths: &[(Asked, Vec<Crossing>)]) {
         let clock = ThreadClock::start();
         let answers = self.contestant.answer(surface, rays, &mut self.work);
         self.ns.push(clock.seconds() * 1e9 / rays.len() as f64);
-        for (asked, answer) in asked.iter().zip(answers) {
+        for ((asked, _), answer) in truths.iter().zip(answers) {
             self.true_hits += u64::from(asked.nearest.is_some());
             let judged = judge(asked, answer, self.contestant.tolerance);
             match judged.verdict {
@@ -237,6 +254,8 @@ impl Tally {
             self.work.solver_iterations as f64 / rays as f64,
             self.max_ulps,
         ]));
+        row.extend(values([self.bounds.stated, self.bounds.broken]));
+        row.push(self.bounds.typical_ulps().into());
         row
     }
 }

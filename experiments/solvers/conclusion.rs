@@ -1,10 +1,12 @@
 //! What the table of `solvers` says: claims and plots.
 
 use super::EXPERIMENT;
-use super::roster::{BATCH, BERNSTEIN, LIBRARY, NEWTON};
+use super::roster::{
+    BATCH, BATCH_PORTABLE, BATCH_UNBOUNDED, BERNSTEIN, EXACT, LIBRARY, NEWTON, PORTABLE,
+};
 use crate::lab::claim::Claim;
 use crate::lab::experiment::{Conclusion, Effort};
-use crate::lab::plot::{Plot, Series};
+use crate::lab::plot::{Axis, Plot, Series};
 use crate::lab::table::Table;
 use crate::numeric::statistics::zero_failures_bound;
 use serde::Deserialize;
@@ -23,6 +25,9 @@ struct Row {
     wrong: f64,
     ns_per_ray: f64,
     max_ulps: f64,
+    bounded: f64,
+    bounds_broken: f64,
+    bound_ulps: f64,
 }
 
 impl Row {
@@ -39,6 +44,10 @@ const LEVEL: [&str; 2] = ["horizontal", "horizontal-joints"];
 const SCENES: [&str; 2] = ["cup", "hourglass"];
 /// Greatest error of a hit, in ε s/|n · d|, s the size of the coordinates.
 const MOST_ULPS: f64 = 16.0;
+/// Greatest median bound of an error, in the same unit.
+const TYPICAL_ULPS: f64 = 64.0;
+/// Families told by name as the slowest.
+const SLOWEST: usize = 12;
 /// Medians of CPU time a ray, taken in turns on the same rays, agree within a quarter from run to run.
 const TIMING: f64 = 1.25;
 
@@ -46,7 +55,9 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
     let rows: Vec<Row> = table.read();
     let of = |name: &str| -> Vec<&Row> { rows.iter().filter(|row| row.solver == name).collect() };
     let (batch, newton, library) = (of(BATCH), of(NEWTON), of(LIBRARY));
-    let bernstein = [of(BERNSTEIN), of(BATCH)].concat();
+    let ablated = [PORTABLE, BATCH_PORTABLE, BATCH_UNBOUNDED].map(of).concat();
+    let alone = of(BERNSTEIN);
+    let bernstein = [alone.clone(), of(BATCH), ablated].concat();
     let subject = |claim, statement| EXPERIMENT.subject(claim, statement, Effort::Smoke, effort);
     let at_standard =
         |claim, statement| EXPERIMENT.subject(claim, statement, Effort::Standard, effort);
@@ -65,6 +76,9 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
     let sharp = "Its t is within 16 ε s/|n · d| in every family (families that exceed it, of all).";
     let nothing =
         "Newton's method finds no crossing of any ray with d_y = 0 (hits found, of all true ones).";
+    let certain =
+        "Where it bounds its errors of t, u and the normal, the oracle finds none beyond.";
+    let narrow = "On random rays at cup and hourglass the median bound of the error of t is at most 64 ε s/|n · d|.";
     let claims = vec![
         Claim::exact(
             subject("bernstein never fails", never),
@@ -84,6 +98,12 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
             sum(&level, |row| row.true_hits - row.miss) as u64,
             sum(&level, |row| row.true_hits) as u64,
         ),
+        Claim::exact(
+            subject("bounds hold", certain),
+            sum(&alone, |row| row.bounds_broken) as u64,
+            sum(&alone, |row| row.bounded) as u64,
+        ),
+        typical_bound(subject("bounds are narrow", narrow), &alone),
         faster(
             at_standard(
                 "faster than thirty starts",
@@ -113,9 +133,21 @@ pub(super) fn conclude(table: &Table, effort: Effort) -> Conclusion {
                 &rows,
                 false,
             ),
+            ingredients(&rows),
+            slowest(&batch),
         ],
         ..Conclusion::default()
     }
+}
+
+/// The wider of the median bounds on the two profiles of rendered scenes.
+fn typical_bound(subject: crate::lab::claim::Subject, rows: &[&Row]) -> Claim {
+    let mine: Vec<&&Row> = (rows.iter())
+        .filter(|row| row.family == EASY[0] && SCENES.contains(&row.profile.as_str()))
+        .collect();
+    let widest = mine.iter().map(|row| row.bound_ulps).fold(0.0, f64::max);
+    let n = mine.iter().map(|row| row.bounded).sum::<f64>() as u64;
+    Claim::in_range(subject, widest, (widest, widest), n, (0.0, TYPICAL_ULPS))
 }
 
 /// How many times as fast, at least: the worse of the two profiles, in decades.
@@ -142,6 +174,61 @@ fn faster(
     let interval = (decades - slack, decades + slack);
     // The claim has a lower end only; a hundred thousand times would be a broken clock.
     Claim::in_range(subject, decades, interval, 1, (least, 5.0))
+}
+
+/// What the default solver costs on random rays with all its ingredients, and without one or more of them.
+fn ingredients(rows: &[Row]) -> Plot {
+    let names = [
+        BATCH,
+        BATCH_UNBOUNDED,
+        BERNSTEIN,
+        BATCH_PORTABLE,
+        PORTABLE,
+        EXACT,
+    ];
+    let series = SCENES.map(|profile| {
+        let time = |name: &str| {
+            let row = rows
+                .iter()
+                .find(|row| row.solver == name && row.profile == profile && row.family == EASY[0]);
+            row.map(|row| (row.ns_per_ray, name.to_owned()))
+        };
+        let found: Vec<(f64, String)> = names.into_iter().filter_map(time).collect();
+        ranked(profile, &found)
+    });
+    Plot::new(
+        "What each ingredient buys: random rays",
+        Axis::linear("without more and more"),
+        Axis::log("CPU time per ray (ns)"),
+        series,
+    )
+}
+
+/// The families that cost most, each with the profile on which it does.
+fn slowest(rows: &[&Row]) -> Plot {
+    let mut worst: Vec<(f64, String)> = Vec::new();
+    for row in rows {
+        let others = rows.iter().filter(|other| other.family == row.family);
+        if others.fold(0.0, |most: f64, other| most.max(other.ns_per_ray)) == row.ns_per_ray {
+            worst.push((row.ns_per_ray, format!("{} ({})", row.family, row.profile)));
+        }
+    }
+    worst.sort_by(|a, b| b.0.total_cmp(&a.0));
+    worst.truncate(SLOWEST);
+    Plot::new(
+        "The slowest rays: families by their costliest profile, in batches",
+        Axis::linear("rank"),
+        Axis::log("CPU time per ray (ns)"),
+        [ranked(BATCH, &worst)],
+    )
+}
+
+/// Named times, one after the other.
+fn ranked(name: &str, times: &[(f64, String)]) -> Series {
+    let points = (1_u32..)
+        .zip(times)
+        .map(|(rank, (ns, _))| (f64::from(rank), *ns));
+    Series::scattered(name, points).with_labels(times.iter().map(|(_, label)| label))
 }
 
 /// Share of failures against time, a point for each method and number of starts; where none was seen, the bound that n rays prove.
@@ -199,12 +286,24 @@ mod tests {
     use crate::lab::experiment::values;
 
     fn table(bernstein_misses: u64, ulps: f64, level_misses: u64, ns: f64) -> Table {
+        bounded_table(bernstein_misses, ulps, level_misses, ns, (0, 20.0))
+    }
+
+    fn bounded_table(
+        bernstein_misses: u64,
+        ulps: f64,
+        level_misses: u64,
+        ns: f64,
+        (broken, bound): (u64, f64),
+    ) -> Table {
         let row = |solver: &str, starts: u64, profile: &str, family: &str, miss: u64, ns: f64| {
             let mut row = values([solver]);
             row.extend(values([starts]));
             row.extend(values([profile, family]));
             row.extend(values([1000, 800, miss, 0, 0]));
             row.extend(values([1e-16, 1e-16, ns, 1.0, ulps]));
+            row.extend(values([800, broken]));
+            row.extend(values([bound]));
             row
         };
         EXPERIMENT.table(vec![
@@ -232,7 +331,10 @@ mod tests {
         assert_eq!(failing(&table(1, 3.0, 800, 100.0)), [0]);
         assert_eq!(failing(&table(0, 17.0, 800, 100.0)), [1]);
         assert_eq!(failing(&table(0, 3.0, 799, 100.0)), [2]);
-        assert_eq!(failing(&table(0, 3.0, 800, 500.0)), [3, 4]);
-        assert_eq!(failing(&table(0, 3.0, 800, f64::NAN)), [3, 4]);
+        let bounded = |broken, bound| bounded_table(0, 3.0, 800, 100.0, (broken, bound));
+        assert_eq!(failing(&bounded(1, 20.0)), [3]);
+        assert_eq!(failing(&bounded(0, 65.0)), [4]);
+        assert_eq!(failing(&table(0, 3.0, 800, 500.0)), [5, 6]);
+        assert_eq!(failing(&table(0, 3.0, 800, f64::NAN)), [5, 6]);
     }
 }

@@ -121,3 +121,17 @@ fn the_photons_of_a_range_are_those_of_its_parts() {
         assert!(whole != Rgb::ZERO);
     }
 }
+
+/// A hundred chunks of work that end in any order (M27) still join in their own.
+#[test]
+fn photons_come_in_the_same_order_on_any_number_of_threads() {
+    let scene = nadir(0.5);
+    let points = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("a pool")
+            .install(|| trace(&scene, 4, 0, 200_000, None).points)
+    };
+    let one = points(1);
+    assert!(one.len() > 90_000);
+    assert!(one == points(2) && one == points(3));
+}

@@ -67,7 +67,7 @@ pub struct RenderArgs {
     /// Share of new photons kept when the radius shrinks, in (0, 1].
     #[arg(long, value_parser = share)]
     pub alpha: Option<f64>,
-    /// First gather radius in world units (default: three times the side of a pixel at the length of each camera path).
+    /// First gather radius in world units (default: 1.5 times the side of a pixel at the length of each camera path).
     #[arg(long, value_parser = positive)]
     pub radius: Option<f64>,
     /// How the radius shrinks.

@@ -1,14 +1,23 @@
-//! Marks: a shape of its own for each series, so that colour is not needed to tell them apart.
+//! Marks: a shape of its own for each of six series, so that colour is not needed to tell them apart; from the seventh on they are hollow.
 
 use super::{Area, Drawn, Look, Place, text};
 use plotters::prelude::*;
 
 /// Draws the mark of a series.
 pub(super) fn mark(area: &Area, (x, y): Place, look: Look) -> Drawn {
-    let fill = look.colour.filled();
+    let fill = if look.mark < 6 {
+        look.colour.filled()
+    } else {
+        look.colour.stroke_width(1)
+    };
     let polygon = |corners: &[Place]| {
         let corners: Vec<Place> = corners.iter().map(|c| (x + c.0, y + c.1)).collect();
-        area.draw(&Polygon::new(corners, fill))
+        if look.mark < 6 {
+            area.draw(&Polygon::new(corners, fill))
+        } else {
+            let closed = corners.iter().chain(corners.first()).copied();
+            area.draw(&PathElement::new(closed.collect::<Vec<_>>(), fill))
+        }
     };
     match look.mark % 6 {
         0 => area.draw(&Circle::new((x, y), 4, fill)),

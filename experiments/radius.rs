@@ -1,6 +1,6 @@
 //! Which radius rule, kernel, first radius and α give the least error, and is it the one that theory predicts?
 //!
-//! The receiver is smooth and has no edges: the point straight below an isotropic lamp at height 1 over a plane ([`law`]). There the law
+//! The receiver is smooth and has no edges: the point straight below an isotropic lamp at height 1 over a plane (`radius/law.rs`). There the law
 //! of the photons found by a pass is known, so mean and variance of every rule that does not look at photons are known to all digits, at
 //! any number of passes. Under the local rule each pass less its mean at the radius it had is a martingale difference.
 //!

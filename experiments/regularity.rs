@@ -6,7 +6,7 @@
 //! as the error before and behind an edge cancels; at a corner, where nothing is before the edge, it does not.
 //!
 //! The disc reads photons drawn from their exact law, with the program's own schedule of radii; the squared bias is the mean product of
-//! the errors of two independent estimates, so noise does not add to it. Beside it stands the quadrature of the same ([`edge`]). Nothing
+//! the errors of two independent estimates, so noise does not add to it. Beside it stands the quadrature of the same (`regularity/edge.rs`). Nothing
 //! is rendered: no scene has x₊^½.
 
 mod conclusion;

@@ -129,7 +129,7 @@ impl BallIndex for WideTree {
         }
     }
 
-    /// About 2 ns a result where a query has 20 and queries come along a curve ([`curve::order`], about 2 ns a result more); if they
+    /// About 2 ns a result where a query has 20 and queries come along a curve ([`order`](crate::index::curve::order), about 2 ns a result more); if they
     /// do not, they are sorted here and every list is sorted back: about 15. Memory: 26 bytes a query, and the answers twice.
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
     where

@@ -201,8 +201,11 @@ const RIVALRIES: [Rivalry; 7] = [
 ];
 
 impl Rivalry {
-    /// None where the rival was not there.
+    /// None where POV-Ray is not installed: it alone may be absent.
     fn claim(&self, rows: &[Row], effort: Effort) -> Option<Claim> {
+        if self.rival == "POV-Ray" && rows.iter().all(|row| row.scene != self.scene) {
+            return None;
+        }
         let ours = rows.iter().filter(|row| {
             row.hash == "texture" && row.scene == self.scene.trim_end_matches(" in POV-Ray")
         });
@@ -210,9 +213,6 @@ impl Rivalry {
         let ratios: Vec<f64> = ours
             .filter_map(|row| Some(libm::log(row.rmse / at_rays(&theirs, row.rays)?)))
             .collect();
-        if ratios.is_empty() {
-            return None;
-        }
         let count = ratios.len();
         let ratio = libm::exp(ratios.iter().sum::<f64>() / count as f64);
         let decided_at = Effort::Standard;
@@ -297,4 +297,132 @@ fn cost(rows: &[Row], scene: &str) -> Plot {
             ),
         ],
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(method: &str, hash: &str, pattern: &str, scene: &str, rays: f64, rmse: f64) -> Row {
+        let recall = if hash == "original" { 0.0 } else { 1.0 };
+        Row {
+            method: method.to_owned(),
+            hash: hash.to_owned(),
+            pattern: pattern.to_owned(),
+            scene: scene.to_owned(),
+            rays,
+            rmse,
+            recall_silhouette: recall,
+            recall_shadow: recall,
+            recall_texture: recall,
+            recall_reflection: recall,
+        }
+    }
+
+    fn right() -> Vec<Row> {
+        let mut rows = vec![row("path-hash", "original", "3x3", "matte", 1e3, 0.1)];
+        for (pattern, side) in [("", 1.0), ("2x2", 2.0), ("3x3", 3.0), ("4x4", 4.0)] {
+            let rmse = 1.0 / (side * 12.0_f64.sqrt());
+            rows.push(row("uniform", "", pattern, "edge", 1e4, rmse));
+        }
+        for radius in [0.1, 0.3, 0.5] {
+            let mut disc = row("path-hash", "objects", "3x3", "", 1e3, 0.1);
+            disc.scene = format!("disc {radius}").replace("0.", ".");
+            disc.recall_silhouette = PI * radius * radius;
+            rows.push(disc);
+        }
+        for scene in ["still", "matte"] {
+            for hash in ["objects", "shadow", "texture"] {
+                rows.push(row("path-hash", hash, "3x3", scene, 3e3, 0.02));
+            }
+            rows.push(row("none", "", "", scene, 1e3, 0.1));
+            for method in ["uniform", "variance 0.1"] {
+                rows.push(row(method, "", "3x3", scene, 9e3, 0.02));
+            }
+            let contrast = if scene == "still" { 0.016 } else { 0.02 };
+            rows.push(row("contrast 0.1", "", "3x3", scene, 3e3, contrast));
+        }
+        let theirs = "still in POV-Ray";
+        rows.push(row("none", "", "", theirs, 1e3, 0.1));
+        rows.push(row("POV-Ray 1 at 0.1", "", "3x3", theirs, 9e3, 0.02));
+        rows
+    }
+
+    fn failing(rows: &[Row]) -> Vec<String> {
+        let claims = conclude(rows, Effort::Standard).claims.into_iter();
+        let failing = claims.filter(Claim::fails_the_run);
+        failing.map(|claim| claim.claim).collect()
+    }
+
+    /// Of the right rows with `change` made to those that `of` picks.
+    fn failing_with(of: fn(&Row) -> bool, change: fn(&mut Row)) -> Vec<String> {
+        let mut rows = right();
+        rows.iter_mut().filter(|row| of(row)).for_each(change);
+        failing(&rows)
+    }
+
+    #[test]
+    fn each_claim_can_fail() {
+        assert_eq!(failing(&right()), Vec::<String>::new());
+        assert_eq!(
+            failing_with(|row| row.pattern == "4x4", |row| row.rmse *= 1.01),
+            ["a straight edge"]
+        );
+        for scene in ["disc .1", "disc .3", "disc .5"] {
+            let mut rows = right();
+            let disc = rows.iter_mut().find(|row| row.scene == scene).expect("it");
+            disc.recall_silhouette *= 1.2;
+            assert_eq!(failing(&rows), [scene]);
+            rows.retain(|row| row.scene != scene);
+            assert_eq!(failing(&rows), [scene], "nor may it be absent");
+        }
+        assert_eq!(
+            failing_with(
+                |row| row.hash == "original",
+                |row| row.recall_silhouette = 0.01
+            ),
+            ["the original is blind to matte bodies"]
+        );
+        let still = |row: &Row| row.scene == "still";
+        let less = |row: &mut Row| {
+            row.recall_silhouette = 0.9;
+            row.recall_reflection = 0.9;
+            row.recall_shadow = 0.9;
+            row.recall_texture = 0.9;
+        };
+        assert_eq!(
+            failing_with(still, less),
+            [
+                "silhouettes are found",
+                "reflected edges are found",
+                "shadows are found",
+                "texture edges are found"
+            ]
+        );
+    }
+
+    #[test]
+    fn each_rivalry_can_be_lost_and_none_may_be_absent_but_that_with_pov_ray() {
+        let ours = |rmse: f64| {
+            let mut rows = right();
+            let hashed = rows.iter_mut().filter(|row| row.hash == "texture");
+            hashed.for_each(|row| row.rmse = rmse);
+            failing(&rows)
+        };
+        assert_eq!(ours(0.09).len(), 7, "more error than every rival");
+        assert_eq!(
+            ours(0.001),
+            [
+                "more error than contrast, with glass",
+                "level with contrast, matte"
+            ]
+        );
+        let without = |of: fn(&Row) -> bool| {
+            let mut rows = right();
+            rows.retain(|row| !of(row));
+            failing(&rows)
+        };
+        assert_eq!(without(|row| row.scene == "still in POV-Ray").len(), 0);
+        assert_eq!(without(|row| row.hash == "texture").len(), 8);
+    }
 }

@@ -1,9 +1,10 @@
-//! What a render should say beforehand of a scene that will look odd though nothing is wrong.
+//! What a render should say beforehand: of a scene that will look odd though nothing is wrong, and of flags without effect.
 
+use super::render::RenderArgs;
 use crate::numeric::work::Work;
 use crate::render::settings::Settings;
 use crate::scene::light::{Emitter, Light};
-use crate::scene::options::Integrator;
+use crate::scene::options::{Antialias, Integrator, Resampling};
 use crate::scene::{Rgb, Scene};
 use glam::DVec3;
 
@@ -57,4 +58,55 @@ fn place(light: &Light) -> DVec3 {
             Emitter::Sphere(sphere) => sphere.center + sphere.radius * DVec3::Y,
         },
     }
+}
+
+/// Flags that the integrator in force has no use for.
+pub(super) fn ignored(args: &RenderArgs, settings: &Settings) -> Vec<String> {
+    let integrator = settings.integrator;
+    let photon = matches!(
+        integrator,
+        Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
+    );
+    let whitted = integrator == Integrator::Whitted;
+    let flags = [
+        ("--passes", args.passes.is_some(), photon),
+        ("--photons", args.photons.is_some(), photon),
+        ("--alpha", args.alpha.is_some(), photon),
+        ("--radius", args.radius.is_some(), photon),
+        ("--rule", args.rule.is_some(), photon),
+        ("--aa", args.aa.is_some(), whitted),
+        ("--hash", args.hash.is_some(), whitted),
+        ("--pattern", args.pattern.is_some(), whitted),
+        ("--threshold", args.threshold.is_some(), whitted),
+        ("--index", args.index.is_some(), photon),
+        ("--kernel", args.kernel.is_some(), photon),
+    ];
+    let unused = flags.into_iter().filter(|&(_, given, used)| given && !used);
+    let mut notes: Vec<String> = unused
+        .map(|(flag, ..)| format!("{flag} has no meaning for this integrator and is ignored"))
+        .collect();
+    if whitted {
+        notes.extend(ignored_by_antialiasing(args, settings));
+    }
+    notes
+}
+
+/// Flags of `whitted` that the antialiasing in force has no use for.
+fn ignored_by_antialiasing(args: &RenderArgs, settings: &Settings) -> Vec<String> {
+    let adaptive = settings.pattern == Resampling::Adaptive;
+    let (hash, pattern, threshold) = match settings.aa {
+        Antialias::None => (false, false, false),
+        Antialias::PathHash => (true, true, false),
+        Antialias::Uniform => (adaptive, true, false),
+        Antialias::Contrast | Antialias::Variance => (false, true, true),
+    };
+    let flags = [
+        ("--hash", args.hash.is_some(), hash),
+        ("--pattern", args.pattern.is_some(), pattern),
+        ("--threshold", args.threshold.is_some(), threshold),
+    ];
+    let unused = flags.into_iter().filter(|&(_, given, used)| given && !used);
+    unused
+        .map(|(flag, ..)| format!("{flag} has no meaning with this antialiasing and is ignored"))
+        .collect()
 }

@@ -248,7 +248,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let scene = scene::file::load(&args.scene, &args.overrides())?;
     let settings = args.settings(&scene)?;
     let remarks = remarks::on(&scene, &settings);
-    for note in ignored(args, settings.integrator).iter().chain(&remarks) {
+    for note in remarks::ignored(args, &settings).iter().chain(&remarks) {
         eprintln!("photolathe: {note}");
     }
     let reference = args
@@ -314,32 +314,6 @@ fn write(
         }
     };
     pictures::check_samples(&film)
-}
-
-/// Flags that the integrator in force has no use for.
-fn ignored(args: &RenderArgs, integrator: Integrator) -> Vec<String> {
-    let photon = matches!(
-        integrator,
-        Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
-    );
-    let whitted = integrator == Integrator::Whitted;
-    let flags = [
-        ("--passes", args.passes.is_some(), photon),
-        ("--photons", args.photons.is_some(), photon),
-        ("--alpha", args.alpha.is_some(), photon),
-        ("--radius", args.radius.is_some(), photon),
-        ("--rule", args.rule.is_some(), photon),
-        ("--aa", args.aa.is_some(), whitted),
-        ("--hash", args.hash.is_some(), whitted),
-        ("--pattern", args.pattern.is_some(), whitted),
-        ("--threshold", args.threshold.is_some(), whitted),
-        ("--index", args.index.is_some(), photon),
-        ("--kernel", args.kernel.is_some(), photon),
-    ];
-    let unused = flags.into_iter().filter(|&(_, given, used)| given && !used);
-    unused
-        .map(|(flag, ..)| format!("{flag} has no meaning for this integrator and is ignored"))
-        .collect()
 }
 
 fn open_reference(path: &Path, scene: &Scene) -> anyhow::Result<Picture> {

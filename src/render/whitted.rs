@@ -91,12 +91,13 @@ impl<'a> Whitted<'a> {
     /// The fingerprint of the path behind a place of a pixel, through the centre of the lens. Chance has no part in it.
     pub fn fingerprint(&self, index: usize, offset: DVec2, work: &mut Work) -> Fingerprint {
         let ray = self.camera_ray(index, offset, LENS_CENTER);
-        self.tree(ray, None, work).1
+        self.tree(ray, None, self.settings.hash.sees_shading(), work)
+            .1
     }
 
     /// One sample of a pixel at a place of it, for pictures finer than a pattern. A pure function of its arguments and the seed.
     pub fn sample(&self, pass: u64, index: usize, place: Place, work: &mut Work) -> Rgb {
-        self.look(pass, index, place, work).radiance
+        self.look(pass, index, place, false, work).radiance
     }
 
     /// The first look at every pixel; at none that is known to be resampled.
@@ -118,11 +119,12 @@ impl<'a> Whitted<'a> {
 
     fn first(&self, pass: u64, index: usize, work: &mut Work) -> First {
         if self.settings.aa != Antialias::Variance {
-            return self.look(pass, index, CENTER, work);
+            let hashed = self.settings.aa == Antialias::PathHash && self.resampled.is_none();
+            return self.look(pass, index, CENTER, hashed, work);
         }
         let looks: Vec<First> = grid(2)
             .into_iter()
-            .map(|place| self.look(pass, index, place, work))
+            .map(|place| self.look(pass, index, place, false, work))
             .collect();
         let count = looks.len() as f64;
         let mean = looks.iter().map(|look| look.radiance).sum::<Rgb>() / count;
@@ -166,9 +168,10 @@ impl<'a> Whitted<'a> {
     ) {
         // The centre is known where the first look was there.
         let center = first.filter(|_| self.settings.aa != Antialias::Variance);
+        let hashed = self.settings.pattern == Resampling::Adaptive && !self.by_colour();
         let mut look = |place: Place| match center {
             Some(center) if place == CENTER => center,
-            _ => self.look(pass, index, place, work),
+            _ => self.look(pass, index, place, hashed, work),
         };
         let side = match self.settings.pattern {
             Resampling::Two => 2,
@@ -188,11 +191,12 @@ impl<'a> Whitted<'a> {
         let places = grid(4);
         let firsts = ROOKS.map(|place| look(places[place]));
         let center = look(CENTER);
-        let differs = |first: &First| match self.settings.aa {
-            Antialias::Contrast | Antialias::Variance => {
+        let differs = |first: &First| {
+            if self.by_colour() {
                 contrast(first.radiance, center.radiance) > self.settings.threshold
+            } else {
+                first.hash != center.hash
             }
-            _ => first.hash != center.hash,
         };
         for first in firsts {
             pixel.add(first.radiance);
@@ -206,18 +210,23 @@ impl<'a> Whitted<'a> {
         }
     }
 
-    /// One sample of a pixel, with its hash if that is compared.
-    fn look(&self, pass: u64, index: usize, place: Place, work: &mut Work) -> First {
+    /// Whether colours are compared, and no hashes.
+    fn by_colour(&self) -> bool {
+        matches!(self.settings.aa, Antialias::Contrast | Antialias::Variance)
+    }
+
+    /// One sample of a pixel. Its hash is right only if `hashed` asks for it, as it may take rays of its own.
+    fn look(&self, pass: u64, index: usize, place: Place, hashed: bool, work: &mut Work) -> First {
         let mut stream = Stream::new(
             self.settings.seed,
             Purpose::Camera,
             self.key(pass, index, place),
         );
         let ray = self.camera_ray(index, place.offset, stream.uniform2());
-        let (radiance, of_sample) = self.tree(ray, Some(&mut stream), work);
-        let hashed = self.settings.aa == Antialias::PathHash
-            || self.settings.pattern == Resampling::Adaptive;
-        let fingerprint = if hashed && self.scene.camera.lens_radius() > 0.0 {
+        let through_lens = hashed && self.scene.camera.lens_radius() > 0.0;
+        let shading = hashed && !through_lens && self.settings.hash.sees_shading();
+        let (radiance, of_sample) = self.tree(ray, Some(&mut stream), shading, work);
+        let fingerprint = if through_lens {
             self.fingerprint(index, place.offset, work)
         } else {
             of_sample

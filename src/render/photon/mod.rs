@@ -43,6 +43,9 @@ const MAX_SAMPLES: u64 = 1 << 26;
 const TREE_BYTES: usize = 62;
 const JOIN_BYTES: usize = 26;
 
+/// What is made of what a hit point gathered, given the square to divide by and the number of photons.
+type Reading = fn(&HitPoint, &Gathered, f64, f64) -> Rgb;
+
 /// A progressive photon mapper between passes.
 #[derive(Debug)]
 pub struct PhotonMapper<'a> {
@@ -354,25 +357,28 @@ impl<'a> PhotonMapper<'a> {
     fn add_to(&mut self, film: &mut Film, gathered: &[Gathered]) {
         let emitted = self.settings.photons as f64;
         let rule = self.settings.rule;
-        // What is gathered estimates the bias of the disc, (r²/8) ∇²E; the kernel's is (r²/4) ∫sw ∇²E.
-        let share = 2.0 * self.settings.kernel.moment(1);
-        let hit_points = self.view.hit_points.par_iter().zip(&self.radii_squared);
-        let readings: Vec<[Rgb; 2]> = hit_points
-            .zip(gathered)
-            .map(|((hit_point, &radius_squared), gathered)| {
-                let square = rule.divisor(hit_point.first_radius_squared, radius_squared);
-                let bias = share * gather::bias(hit_point, gathered, square, emitted);
-                [gather::radiance(hit_point, gathered, square, emitted), bias]
-            })
-            .collect();
-        let mut samples = self.view.emission.clone();
-        let mut biases = vec![Rgb::ZERO; samples.len()];
-        for (hit_point, [radiance, bias]) in self.view.hit_points.iter().zip(readings) {
-            let pixel = hit_point.pixel as usize;
-            samples[pixel] += radiance;
-            biases[pixel] += bias;
-        }
+        let gathered = self.view.hit_points.par_iter().zip(gathered);
+        let gathered = gathered.zip(&self.radii_squared);
+        let each = |of: Reading, share: f64| {
+            let per_hit_point = gathered
+                .clone()
+                .map(|((hit_point, gathered), &radius_squared)| {
+                    let square = rule.divisor(hit_point.first_radius_squared, radius_squared);
+                    share * of(hit_point, gathered, square, emitted)
+                });
+            per_hit_point.collect::<Vec<Rgb>>()
+        };
+        let add_up = |mut pixels: Vec<Rgb>, values: Vec<Rgb>| {
+            for (hit_point, value) in self.view.hit_points.iter().zip(values) {
+                pixels[hit_point.pixel as usize] += value;
+            }
+            pixels
+        };
+        let samples = add_up(self.view.emission.clone(), each(gather::radiance, 1.0));
         if let Some(errors) = &mut self.errors {
+            // What is gathered estimates the bias of the disc, (r²/8) ∇²E; the kernel's is (r²/4) ∫sw ∇²E.
+            let share = 2.0 * self.settings.kernel.moment(1);
+            let biases = add_up(vec![Rgb::ZERO; samples.len()], each(gather::bias, share));
             errors.add(&samples, &biases);
         }
         let pixels = film.pixels_mut().par_iter_mut();

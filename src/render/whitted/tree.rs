@@ -30,11 +30,13 @@ const MOST_SURVIVAL: f64 = 0.98;
 const LIGHT_CENTER: [f64; 2] = [0.5, 0.5];
 
 impl Whitted<'_> {
-    /// Walks the tree of reflections and refractions. Without a stream only the hash is made: no light, no roulette.
+    /// Walks the tree of reflections and refractions. Without a stream only the hash is made: no light, no roulette. `shading` adds
+    /// lights and patterns to it, which may take shadow rays.
     pub(super) fn tree(
         &self,
         ray: Ray,
         mut stream: Option<&mut Stream>,
+        shading: bool,
         work: &mut Work,
     ) -> (Rgb, Fingerprint) {
         work.camera_rays += 1;
@@ -62,8 +64,7 @@ impl Whitted<'_> {
             let weight = branch.weight * self.scene.transmittance(branch.medium, hit.t);
             let branch = Branch { weight, ..branch };
             let lobes = Lobes::at(self.scene, &hit, branch.ray.direction);
-            let hashed = branch.sure && self.settings.hash.sees_shading();
-            let print = hashed.then_some(&mut fingerprint);
+            let print = (branch.sure && shading).then_some(&mut fingerprint);
             match stream.as_deref_mut() {
                 Some(stream) => {
                     radiance += weight * self.local(&branch, &hit, &lobes, stream, print, work);

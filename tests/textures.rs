@@ -348,7 +348,7 @@ radius = 1
 material = "picture"
 [[revolution]]
 material = "picture"
-profile = [[[1, -1], [1, -0.5], [1, 0.5], [1, 1]]]
+profile = [[[1, -1], [1, -0.3333333333333333], [1, 0.3333333333333333], [1, 1]]]
 translate = [4, 0, 0]
 [[quad]]
 corner = [-5, -1, 0]

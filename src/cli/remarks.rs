@@ -96,8 +96,8 @@ fn ignored_by_antialiasing(args: &RenderArgs, settings: &Settings) -> Vec<String
     let adaptive = settings.pattern == Resampling::Adaptive;
     let (hash, pattern, threshold) = match settings.aa {
         Antialias::None => (false, false, false),
-        Antialias::PathHash => (true, true, false),
-        Antialias::Uniform => (adaptive, true, false),
+        Antialias::PathHash => (true, true, true),
+        Antialias::Uniform => (adaptive, true, adaptive),
         Antialias::Contrast | Antialias::Variance => (false, true, true),
     };
     let flags = [

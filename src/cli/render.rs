@@ -88,7 +88,8 @@ pub struct RenderArgs {
     /// How antialiasing resamples.
     #[arg(long, value_enum)]
     pub pattern: Option<Resampling>,
-    /// Least difference that contrast (default .3) and variance (default .1) resample.
+    /// Least difference of sRGB colours, summed over channels, that is resampled: by contrast (default .3), by variance (default .1),
+    /// and by the path hash where hashes differ (default 0: whatever differs).
     #[arg(long, value_parser = positive)]
     pub threshold: Option<f64>,
     /// How surfaces of revolution are solved.

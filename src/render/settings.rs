@@ -30,8 +30,8 @@ pub struct Settings {
     pub hash: Hash,
     /// How antialiasing resamples.
     pub pattern: Resampling,
-    /// Least difference that `contrast` and `variance` resample: of two neighbours' sRGB values, summed over channels; of the
-    /// standard deviation of a pixel's four samples, in the same measure.
+    /// Least difference that is resampled: for `contrast`, and for `path-hash` where hashes differ, of two neighbours' sRGB values,
+    /// summed over channels; for `variance` of the standard deviation of a pixel's four samples, in the same measure.
     pub threshold: f64,
     /// Seed.
     pub seed: u64,
@@ -66,7 +66,7 @@ impl Settings {
     /// The settings of a table, with defaults where it is silent.
     ///
     /// Defaults: `ppm` with 4 camera samples, 64 passes of 100 000 photons, α = 2/3; `path` with 64 samples; `whitted` with
-    /// one and path-hash antialiasing (3×3, by objects; thresholds: contrast .3, variance .1); the disc as kernel. With `time`
+    /// one and path-hash antialiasing (3×3, by objects; thresholds: hash 0, contrast .3, variance .1); the disc as kernel. With `time`
     /// alone, passes and samples are unlimited.
     pub fn resolve(table: &RenderTable) -> Self {
         let integrator = table.integrator.unwrap_or(Integrator::Ppm);
@@ -95,7 +95,8 @@ impl Settings {
             pattern: table.pattern.unwrap_or(Resampling::Three),
             threshold: table.threshold.unwrap_or(match aa {
                 Antialias::Variance => 0.1,
-                _ => 0.3,
+                Antialias::Contrast => 0.3,
+                Antialias::None | Antialias::PathHash | Antialias::Uniform => 0.0,
             }),
             kernel: table.kernel.unwrap_or(Kernel::Disc),
             seed: table.seed.unwrap_or(0),

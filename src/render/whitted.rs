@@ -7,7 +7,7 @@
 mod tree;
 
 use super::antialias::fingerprint::Fingerprint;
-use super::antialias::mask::{contrast, mask, mask_by};
+use super::antialias::mask::{contrast, mask};
 use super::antialias::pattern::{CENTER, Place, ROOKS, grid};
 use super::film::{Film, Pixel};
 use super::settings::Settings;
@@ -143,17 +143,16 @@ impl<'a> Whitted<'a> {
     fn marked(&self, firsts: &[First], width: usize) -> Vec<bool> {
         let threshold = self.settings.threshold;
         match self.settings.aa {
-            Antialias::Contrast => mask_by(firsts.len(), width, |a, b| {
+            Antialias::Contrast => mask(firsts.len(), width, |a, b| {
                 contrast(firsts[a].radiance, firsts[b].radiance) > threshold
             }),
             Antialias::Variance => firsts
                 .iter()
                 .map(|first| first.deviation > threshold)
                 .collect(),
-            _ => {
-                let hashes: Vec<u64> = firsts.iter().map(|first| first.hash).collect();
-                mask(&hashes, width)
-            }
+            _ => mask(firsts.len(), width, |a, b| {
+                self.is_edge(&firsts[a], &firsts[b])
+            }),
         }
     }
 
@@ -195,7 +194,7 @@ impl<'a> Whitted<'a> {
             if self.by_colour() {
                 contrast(first.radiance, center.radiance) > self.settings.threshold
             } else {
-                first.hash != center.hash
+                self.is_edge(first, &center)
             }
         };
         for first in firsts {
@@ -208,6 +207,11 @@ impl<'a> Whitted<'a> {
                 }
             }
         }
+    }
+
+    /// Whether two samples have unlike paths and colours so far apart that the threshold lets them count.
+    fn is_edge(&self, a: &First, b: &First) -> bool {
+        a.hash != b.hash && contrast(a.radiance, b.radiance) >= self.settings.threshold
     }
 
     /// Whether colours are compared, and no hashes.

@@ -175,7 +175,7 @@ pub struct RenderTable {
     pub hash: Option<Hash>,
     /// How antialiasing resamples.
     pub pattern: Option<Resampling>,
-    /// Least difference of `contrast` and `variance`, > 0.
+    /// Least difference that is resampled, > 0.
     pub threshold: Option<f64>,
     /// Solver.
     pub solver: Option<SolverName>,

@@ -260,3 +260,23 @@ fn errors_of_t_u_and_normal_stay_within_their_bounds() {
         assert!(beyond_bounds(&shape, Family::Random, 300, 0.01).0 > 0);
     }
 }
+
+/// Where such a ray would meet the plane of a flat piece, squares overflow: once that sent every ray to exact arithmetic.
+#[test]
+fn rays_of_any_slope_pass_flat_pieces_without_exact_arithmetic() {
+    for specimen in [Specimen::Hourglass, Specimen::Degenerate] {
+        let shape = Revolution::new(specimen.profile(), Placement::identity());
+        let prepared = Prepared::new(shape.profile());
+        for exponent in [-3, -100, -155, -200, -300] {
+            for (index, ray) in rays(&shape, Family::Horizontal, 40).iter().enumerate() {
+                let sign = if index % 2 == 0 { 1.0 } else { -1.0 };
+                let slope = DVec3::Y * sign * libm::exp10(f64::from(exponent));
+                let ray = Ray::new(ray.origin, ray.direction + slope);
+                let answer = prepared.nearest(&ray, &mut Work::default());
+                let found = answer.expect("an answer of the filter");
+                let truth = shape.nearest(&ray, &Solver::Exact, &mut Work::default());
+                assert_eq!(found.is_some(), truth.is_some(), "{specimen:?} {ray:?}");
+            }
+        }
+    }
+}

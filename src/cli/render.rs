@@ -13,7 +13,7 @@ use crate::render::driver::{self, Control, Outcome, Progress};
 use crate::render::photon::error::{Errors, Summary};
 use crate::render::settings::Settings;
 use crate::scene::options::{
-    Antialias, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, SolverName,
+    Antialias, Aov, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, SolverName,
 };
 use crate::scene::{self, Scene};
 use anyhow::{Context, bail};
@@ -103,6 +103,13 @@ pub struct RenderArgs {
     /// Most scattering events of a path (default: unlimited).
     #[arg(long)]
     pub max_depth: Option<u32>,
+    /// Feature channels in the EXR, separated by commas; they change no bit of the colours. Depth and normal are means over the pixel's
+    /// samples: Z, the distance from the lens along the view axis, of those that meet something (inf if none does), and N.X, N.Y, N.Z, in
+    /// world space on the side seen, 0 counted for those that meet nothing. Of the pixel's centre: object, its number as `inspect` lists
+    /// it (-1: none), and path_hash.high and .low, the hash (--hash) that antialiasing compares. Of photon mapping: radius, the latest,
+    /// and photons gathered in all passes (both 0 where nothing gathers).
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAME,...")]
+    pub aov: Vec<Aov>,
     /// Change a key of the scene file or the solver, as in --set film.width=64 or --set solver.starts=30.
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse_override)]
     pub set: Vec<(String, String)>,
@@ -168,6 +175,7 @@ impl RenderArgs {
             threads: self.threads.map(usize::from),
             seed: self.seed,
             max_depth: self.max_depth,
+            aov: (!self.aov.is_empty()).then(|| self.aov.clone()),
         }
     }
 
@@ -235,6 +243,11 @@ impl RenderArgs {
                     range.end
                 );
             }
+            if !settings.aov.is_empty() {
+                bail!(
+                    "--pass-range writes sums of colours, without feature channels: expected no --aov (nor render.aov in the scene)"
+                );
+            }
             settings.passes = range.end;
         }
         Ok(settings)
@@ -248,7 +261,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let scene = scene::file::load(&args.scene, &args.overrides())?;
     let settings = args.settings(&scene)?;
     let remarks = remarks::on(&scene, &settings);
-    for note in remarks::ignored(args, &settings).iter().chain(&remarks) {
+    let unwritten = remarks::unwritten(&settings, &outputs);
+    let ignored = remarks::ignored(args, &settings);
+    for note in ignored.iter().chain(&unwritten).chain(&remarks) {
         eprintln!("photolathe: {note}");
     }
     let reference = args
@@ -290,7 +305,9 @@ fn write(
     let origin = Origin::of(scene, &settings);
     let film = match &args.pass_range {
         None => {
-            let picture = Picture::of_film(&outcome.film).described(&origin, outcome.passes);
+            let picture = Picture::of_film(&outcome.film)
+                .with_features(outcome.features.as_ref())
+                .described(&origin, outcome.passes);
             pictures::write(&picture, args.exposure, outputs)?;
             outcome.film
         }

@@ -4,6 +4,7 @@ use crate::render::features::{Channel, Features};
 use crate::render::film::Film;
 use crate::render::settings::Settings;
 use crate::scene::{Rgb, Scene};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -87,6 +88,18 @@ impl Picture {
                     .collect(),
             ),
             samples: Some(pixels.iter().map(|pixel| pixel.count() as f32).collect()),
+            ..Self::default()
+        }
+    }
+
+    /// The colours of a film alone, as [`Self::of_film`] has them.
+    pub fn colours_of(film: &Film) -> Self {
+        let size = film.size();
+        let pixels = film.pixels().par_iter();
+        Self {
+            width: size.width as usize,
+            height: size.height as usize,
+            rgb: pixels.map(|pixel| single(pixel.mean())).collect(),
             ..Self::default()
         }
     }

@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// A grey floor, a glass ball and a lamp that faces the camera, seen by a pinhole unless `camera` says more. Corners see nothing.
-pub const MIXED: &str = r#"
+pub(super) const MIXED: &str = r#"
 [camera]
 eye = [0, 1, 6]
 target = [0, 1, 0]
@@ -36,29 +36,29 @@ radius = 0.6
 material = "glass"
 [[quad]]
 name = "lamp"
-corner = [0.3, 0.4, 0]
-edge_u = [1.13, 0, 0]
-edge_v = [0, 1.37, 0]
+corner = [0.6, 0.4, 0]
+edge_u = [1.1, 0.3, 0]
+edge_v = [-0.3, 1.1, 0]
 material = "lamp"
 "#;
 
 /// The scene of this text, with `lens` put into its camera.
-pub fn scene_of(text: &str, lens: &str) -> Scene {
+pub(super) fn scene_of(text: &str, lens: &str) -> Scene {
     let folder = Folder::new(&text.replace("LENS", lens));
     scene::file::load(&folder.path("scene.toml"), &[]).expect("a valid scene")
 }
 
 /// Renders.
-pub fn rendered(scene: &Scene, settings: &Settings) -> Outcome {
+pub(super) fn rendered(scene: &Scene, settings: &Settings) -> Outcome {
     render_unwatched(scene, settings).expect("a picture")
 }
 
 /// A folder with a scene.
-pub struct Folder(TempDir);
+pub(super) struct Folder(TempDir);
 
 impl Folder {
     /// With this scene in it.
-    pub fn new(scene: &str) -> Self {
+    pub(super) fn new(scene: &str) -> Self {
         let folder = Self(tempfile::tempdir().expect("a folder"));
         std::fs::write(folder.path("scene.toml"), scene.replace("LENS", ""))
             .expect("the scene is written");
@@ -66,19 +66,19 @@ impl Folder {
     }
 
     /// A file in it.
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
     /// `photolathe` in this folder.
-    pub fn command(&self, arguments: &[&str]) -> Command {
+    pub(super) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_photolathe"));
         command.args(arguments).current_dir(self.0.path());
         command
     }
 
     /// What it says, with its exit code.
-    pub fn run(&self, arguments: &[&str]) -> (Option<i32>, String) {
+    pub(super) fn run(&self, arguments: &[&str]) -> (Option<i32>, String) {
         let Output { status, stderr, .. } = self
             .command(arguments)
             .output()

@@ -18,6 +18,7 @@ pub mod report;
 mod resources;
 mod table;
 pub mod verify;
+pub mod watch;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;

@@ -1,7 +1,7 @@
 //! Resolved settings of a render.
 
 use crate::scene::options::{
-    Antialias, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule,
+    Antialias, Aov, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule,
 };
 use serde::{Deserialize, Serialize};
 
@@ -50,17 +50,16 @@ pub struct Settings {
     /// Seconds after which no further pass starts.
     #[serde(skip)]
     pub time: Option<f64>,
+    /// Features to find beside the colours, each once. Never changes a bit of these.
+    #[serde(skip)]
+    pub aov: Vec<Aov>,
 }
 
 impl Settings {
     /// Whether a pass is a function of its number alone, so that passes may be rendered apart: photon mapping under a rule that
     /// does not look at photons.
     pub fn passes_are_independent(&self) -> bool {
-        let photons = matches!(
-            self.integrator,
-            Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
-        );
-        photons && !self.rule.looks_at_photons()
+        self.integrator.by_photons() && !self.rule.looks_at_photons()
     }
 
     /// The settings of a table, with defaults where it is silent.
@@ -82,6 +81,9 @@ impl Settings {
             _ => Rule::Local,
         };
         let aa = table.aa.unwrap_or(Antialias::PathHash);
+        let mut aov = table.aov.clone().unwrap_or_default();
+        aov.sort_unstable();
+        aov.dedup();
         Self {
             integrator,
             spp: table.spp.unwrap_or(spp),
@@ -105,6 +107,7 @@ impl Settings {
             index: table.index.unwrap_or_default(),
             estimate_errors: false,
             time: table.time,
+            aov,
         }
     }
 }

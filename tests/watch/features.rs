@@ -235,7 +235,7 @@ fn path_hashes_are_those_that_antialiasing_compares() {
             };
             let outcome = rendered(&scene, &settings);
             let found = hashes(&channels(&outcome));
-            let marked = mask(&found, 24);
+            let marked = mask(found.len(), 24, |a, b| found[a] != found[b]);
             let resampled: Vec<bool> = outcome
                 .film
                 .pixels()

@@ -163,7 +163,7 @@ struct Rivalry {
     range: (f64, f64),
 }
 
-const RIVALRIES: [Rivalry; 12] = [
+const RIVALRIES: [Rivalry; 14] = [
     Rivalry {
         ours: Ours::Plain,
         rival: "uniform",
@@ -217,9 +217,10 @@ const RIVALRIES: [Rivalry; 12] = [
         ours: Ours::Plain,
         rival: "POV-Ray",
         scene: "still in POV-Ray",
-        name: "less error than POV-Ray",
-        statement: "At equal rays the full hash has a lower error than POV-Ray's better method has on the same scene.",
-        range: (0.0, 1.0),
+        name: "more error than POV-Ray",
+        statement: "At equal rays POV-Ray's better method has a lower error on the same scene than the full hash has, as contrast has. \
+                    (Expected was the opposite.)",
+        range: (1.0, 3.0),
     },
     Rivalry {
         ours: Ours::Seen,
@@ -251,6 +252,22 @@ const RIVALRIES: [Rivalry; 12] = [
         scene: "matte",
         name: "with a threshold, less error than contrast, matte",
         statement: "At equal rays the full hash that leaves what looks alike has a lower error than contrast on matte bodies.",
+        range: (0.0, 1.0),
+    },
+    Rivalry {
+        ours: Ours::Seen,
+        rival: "variance",
+        scene: "still",
+        name: "with a threshold, less error than variance",
+        statement: "At equal rays the full hash that leaves what looks alike has a lower error than sampling by variance on the still life.",
+        range: (0.0, 1.0),
+    },
+    Rivalry {
+        ours: Ours::Seen,
+        rival: "variance",
+        scene: "matte",
+        name: "with a threshold, less error than variance, matte",
+        statement: "At equal rays the full hash that leaves what looks alike has a lower error than sampling by variance on matte bodies.",
         range: (0.0, 1.0),
     },
     Rivalry {
@@ -413,7 +430,7 @@ mod tests {
         }
         let theirs = "still in POV-Ray";
         rows.push(row("none", "", "", theirs, 1e3, 0.1));
-        rows.push(row("POV-Ray 1 at 0.1", "", "3x3", theirs, 9e3, 0.02));
+        rows.push(row("POV-Ray 1 at 0.1", "", "3x3", theirs, 3e3, 0.0175));
         rows
     }
 
@@ -478,12 +495,13 @@ mod tests {
             hashed.for_each(|row| row.rmse = rmse);
             failing(&rows)
         };
-        assert_eq!(ours(0.09).len(), 12, "more error than every rival");
+        assert_eq!(ours(0.09).len(), 14, "more error than every rival");
         assert_eq!(
             ours(0.001),
             [
                 "more error than contrast, with glass",
-                "level with contrast, matte"
+                "level with contrast, matte",
+                "more error than POV-Ray"
             ]
         );
         let without = |of: fn(&Row) -> bool| {
@@ -492,6 +510,6 @@ mod tests {
             failing(&rows)
         };
         assert_eq!(without(|row| row.scene == "still in POV-Ray").len(), 0);
-        assert_eq!(without(|row| row.hash == "texture").len(), 13);
+        assert_eq!(without(|row| row.hash == "texture").len(), 15);
     }
 }

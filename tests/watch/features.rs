@@ -65,7 +65,7 @@ fn sphere_over_plane(eye: DVec3, direction: DVec3) -> Option<(f64, DVec3, f32)> 
         return Some((eye.z - point.z, point, 0.0));
     }
     let t = -(1.0 + eye.y) / direction.y;
-    (t > 0.0).then(|| (eye.z - (eye.z + t * direction.z), DVec3::Y, 1.0))
+    (t > 0.0).then_some((-t * direction.z, DVec3::Y, 1.0))
 }
 
 #[test]

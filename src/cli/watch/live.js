@@ -20,6 +20,7 @@ function describe(state) {
   const planned = state.planned === null ? "" : ` of ${state.planned}`;
   put("integrator", state.integrator);
   put("pass", `${state.pass}${planned}`);
+  put("of", state.picture === 0 ? "nothing yet" : `after pass ${state.picture}`);
   put("time", clock(seconds));
   put("left", state.done ? "none" : left === null ? "not known" : clock(left));
   put("rays", state.pass === 0 ? "–" : `${(state.rays_per_s / 1e6).toPrecision(3)} million/s`);
@@ -52,7 +53,7 @@ function plot(history) {
   const svg = byId("plot");
   svg.replaceChildren();
   const points = history.filter(([pass, error]) => pass > 0 && error > 0);
-  byId("caption").hidden = points.length === 0;
+  byId("curve").hidden = points.length === 0;
   if (points.length === 0) return;
   const [x0, x1] = decades(points.map(([pass]) => pass));
   const [y0, y1] = decades(points.map(([, error]) => 100 * error));

@@ -95,13 +95,19 @@ impl State {
     }
 }
 
+/// A picture with what is made of it.
+#[derive(Default)]
+pub(super) struct Frame {
+    picture: Arc<Picture>,
+    /// Encoded when the first client asks for it.
+    png: OnceLock<Result<Vec<u8>, String>>,
+}
+
 /// What the render has left for the clients.
 struct Shown {
     state: State,
-    picture: Arc<Picture>,
+    frame: Arc<Frame>,
     since: Instant,
-    /// Encoded when the first client asks for it.
-    png: OnceLock<Result<Vec<u8>, String>>,
 }
 
 struct Shared {
@@ -160,9 +166,9 @@ impl Server {
         Ok(Self(shared))
     }
 
-    /// Leaves a picture for the clients. The lock is held for no more than the copy of a reference, on either side.
-    pub(super) fn publish(&self, state: &State, picture: &Arc<Picture>) {
-        let shown = Arc::new(Shown::new(state, picture));
+    /// Leaves news for the clients. The lock is held for no more than the copy of a reference, on either side.
+    pub(super) fn publish(&self, state: &State, frame: &Arc<Frame>) {
+        let shown = Arc::new(Shown::new(state, frame));
         *lock(&self.0.shown) = shown;
     }
 
@@ -239,7 +245,7 @@ impl Guest {
                 let json = serde_json::to_vec(&report)?;
                 http::answer(stream, &Answer::of("application/json", &json))
             }
-            "/picture.png" if shown.state.picture > 0 => match shown.png(shared) {
+            "/picture.png" if shown.state.picture > 0 => match shown.frame.png(shared) {
                 Ok(bytes) => {
                     let headers = format!("Photolathe-Pass: {}\r\n", shown.state.picture);
                     let picture = Answer::of("image/png", bytes);
@@ -259,11 +265,19 @@ impl Drop for Guest {
 }
 
 impl Shown {
-    fn new(state: &State, picture: &Arc<Picture>) -> Self {
+    fn new(state: &State, frame: &Arc<Frame>) -> Self {
         Self {
             state: state.clone(),
-            picture: Arc::clone(picture),
+            frame: Arc::clone(frame),
             since: Instant::now(),
+        }
+    }
+}
+
+impl Frame {
+    pub(super) fn new(picture: Arc<Picture>) -> Self {
+        Self {
+            picture,
             png: OnceLock::new(),
         }
     }

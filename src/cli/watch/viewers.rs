@@ -1,9 +1,9 @@
 //! The picture in the making, handed to those who look at it: the live page and tev.
 //!
 //! Between passes the render rounds its film to a picture and leaves that where the viewers' own threads find it; it never waits for
-//! one of them, and encodes nothing. How often depends on what it costs, so that at most about a hundredth of the time goes there.
+//! one of them, and encodes nothing. How often depends on what it costs, so that at most about a fiftieth of the time goes there.
 
-use super::live::{Server, State};
+use super::live::{Frame, Server, State};
 use super::rays_per_second;
 use super::tev::Sender;
 use crate::cli::render::RenderArgs;
@@ -18,9 +18,10 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Least time between two pictures. Longer where one of them costs more than a hundredth of that.
+/// Least time between two pictures, and between two messages on where the render stands. Pictures wait longer where one of them costs
+/// more than a fiftieth of that.
 const INTERVAL: Duration = Duration::from_secs(1);
-const MOST_SHARE: u32 = 100;
+const MOST_SHARE: u32 = 50;
 /// A PNG is encoded beside the render, but by the same cores: that may take a share of one of them.
 const MOST_ENCODING: u32 = 20;
 /// Points of the plot, at most; beyond, every other one is dropped.
@@ -31,11 +32,13 @@ pub(in crate::cli) struct Viewers {
     live: Option<Server>,
     tev: Option<Sender>,
     state: State,
-    picture: Arc<Picture>,
+    frame: Arc<Frame>,
     /// Seconds after which the render ends.
     limit: Option<f64>,
-    /// When the next picture may be taken.
+    /// When the next message may be sent.
     next: Instant,
+    /// When the next picture may be taken.
+    next_picture: Instant,
 }
 
 impl Viewers {
@@ -62,9 +65,10 @@ impl Viewers {
                 .clone()
                 .map(|address| Sender::open(address, &title)),
             state,
-            picture: Arc::default(),
+            frame: Arc::default(),
             limit: settings.time,
             next: Instant::now(),
+            next_picture: Instant::now(),
         })
     }
 
@@ -79,12 +83,15 @@ impl Viewers {
         if start < self.next {
             return;
         }
-        self.take(progress.film, error.map(|summary| summary.total()));
-        let cost = start.elapsed() * MOST_SHARE;
-        let encoding = self.live.as_ref().map_or(Duration::ZERO, Server::encoding);
-        let interval = INTERVAL.max(cost).max(encoding * MOST_ENCODING);
-        self.next = Instant::now() + interval;
-        self.hand_over();
+        self.next = start + INTERVAL;
+        if start >= self.next_picture {
+            self.take(progress.film, error.map(|summary| summary.total()));
+            let cost = start.elapsed() * MOST_SHARE;
+            let encoding = self.live.as_ref().map_or(Duration::ZERO, Server::encoding);
+            let interval = INTERVAL.max(cost).max(encoding * MOST_ENCODING);
+            self.next_picture = start + interval;
+        }
+        self.publish();
     }
 
     /// Hands over the finished picture.
@@ -98,7 +105,7 @@ impl Viewers {
             let summary = outcome.errors.as_ref().and_then(|errors| errors.summary());
             self.take(&outcome.film, summary.map(|summary| summary.total()));
         }
-        self.hand_over();
+        self.publish();
     }
 
     /// Ends: gives those who are looking a moment to get the last picture.
@@ -112,7 +119,11 @@ impl Viewers {
     }
 
     fn take(&mut self, film: &Film, error: Option<f64>) {
-        self.picture = Arc::new(Picture::colours_of(film));
+        let picture = Arc::new(Picture::colours_of(film));
+        if let Some(tev) = &self.tev {
+            tev.offer(&picture);
+        }
+        self.frame = Arc::new(Frame::new(picture));
         self.state.picture = self.state.pass;
         let error = error.or_else(|| match self.state.integrator {
             Integrator::Path => noise(film),
@@ -133,12 +144,9 @@ impl Viewers {
         }
     }
 
-    fn hand_over(&self) {
+    fn publish(&self) {
         if let Some(live) = &self.live {
-            live.publish(&self.state, &self.picture);
-        }
-        if let Some(tev) = &self.tev {
-            tev.offer(&self.picture);
+            live.publish(&self.state, &self.frame);
         }
     }
 }

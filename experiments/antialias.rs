@@ -26,7 +26,8 @@ pub const EXPERIMENT: Experiment = Experiment {
     question: "Which antialiasing has the least error for its rays, and which edges does it miss?",
     prediction: "The course project's hash finds no edge of matte things; a hash of all hits finds silhouettes and reflections, with \
                  lights shadows too, with texels everything. At equal rays the full hash has a lower error than uniform supersampling, \
-                 and than thresholds of contrast and variance (refuted for contrast, see the claims). Closed forms: a straight edge costs RMS 1/(n √12) with n × n samples, \
+                 and than thresholds of contrast and variance (refuted for contrast, see the claims); with a threshold of contrast of its own, than \
+                 all of them. Closed forms: a straight edge costs RMS 1/(n √12) with n × n samples, \
                  a disc of radius ρ pixels is found with probability πρ².",
     method: "Still lives with one point light and no lamp of extent, so that chance has next to no part. The truth of a pixel is its \
              mean over a grid of n × n (16 at smoke, 64 at standard); its edges are what 8 × 8 fingerprints in it disagree about, \
@@ -91,6 +92,12 @@ fn methods() -> Vec<Method> {
     for hash in HASHES {
         for pattern in PATTERNS {
             methods.push(method(Antialias::PathHash, Some(hash), pattern, None));
+        }
+    }
+    for pattern in [Resampling::Three, Resampling::Four] {
+        for threshold in THRESHOLDS {
+            let hash = Some(Hash::Texture);
+            methods.push(method(Antialias::PathHash, hash, pattern, Some(threshold)));
         }
     }
     for aa in [Antialias::Contrast, Antialias::Variance] {

@@ -25,6 +25,7 @@ fn sample(width: usize, height: usize, seed: u64) -> Picture {
         samples: Some(vec![16.0; count]),
         rgb,
         attributes: attributes.collect(),
+        features: Vec::new(),
     }
 }
 

@@ -15,7 +15,11 @@ pub(super) const FAULTS: &[Fault] = &[
         property: "equal paths have equal hashes",
         examine: |_| {
             let row = || vec![paths(2)[7].clone(); 64];
-            let marked = |f: Row| mask(&f(&row()), 64).iter().filter(|&&m| m).count() as f64;
+            let marked = |f: Row| {
+                let hashes = f(&row());
+                let marked = mask(hashes.len(), 64, |a, b| hashes[a] != hashes[b]);
+                marked.iter().filter(|&&m| m).count() as f64
+            };
             // The hashes themselves, as numbers up to 1.
             let first = |f: Row| f(&row())[0] as f64 / u64::MAX as f64;
             let same = |f: Row| {

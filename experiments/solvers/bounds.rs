@@ -70,13 +70,24 @@ fn within(
     if (found.t - truth.t).abs() > bound.t {
         return false;
     }
-    if found.piece != truth.piece {
-        // A crossing at a joint may be told of either piece; on a rim 1e-9 wide its u is then known to 1e-7 only.
-        let last = surface.profile().pieces().len() as u32 - 1;
-        let apart = found.piece.abs_diff(truth.piece);
-        return apart == 1 || apart == last;
-    }
     let normals = [found, truth].map(|crossing| surface.hit(ray, crossing).normal);
     let turned = (normals[0] - normals[1]).length();
-    (found.u - truth.u).abs() <= bound.u + U_ROUNDING && turned <= bound.normal + NORMAL_ROUNDING
+    apart(surface, found, truth) <= bound.u + U_ROUNDING && turned <= bound.normal + NORMAL_ROUNDING
+}
+
+/// How far apart two crossings are in u, counted on through the joint between neighbours; infinite for others.
+fn apart(surface: &Revolution, a: Crossing, b: Crossing) -> f64 {
+    let pieces = surface.profile().pieces().len() as u32;
+    let onward = |from: Crossing, to: Crossing| {
+        let next = (from.piece + 1) % pieces == to.piece;
+        let way = (1.0 - from.u) + to.u;
+        if next { way } else { f64::INFINITY }
+    };
+    let within = (a.u - b.u).abs();
+    let same = if a.piece == b.piece {
+        within
+    } else {
+        f64::INFINITY
+    };
+    same.min(onward(a, b)).min(onward(b, a))
 }

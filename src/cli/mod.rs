@@ -18,6 +18,7 @@ pub mod report;
 mod resources;
 mod table;
 pub mod verify;
+pub mod watch;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -46,7 +47,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Render a scene to EXR and PNG.
-    Render(render::RenderArgs),
+    Render(Box<render::RenderArgs>),
     /// Join the parts of a render made by render --pass-range.
     Merge(merge::MergeArgs),
     /// Intersect a list of rays with a scene.

@@ -1,19 +1,19 @@
 //! What a render should say beforehand: of a scene that will look odd though nothing is wrong, and of flags without effect.
 
+use super::pictures;
 use super::render::RenderArgs;
 use crate::numeric::work::Work;
 use crate::render::settings::Settings;
 use crate::scene::light::{Emitter, Light};
-use crate::scene::options::{Antialias, Integrator, Resampling};
+use crate::scene::options::{Antialias, Aov, Integrator, Resampling};
 use crate::scene::{Rgb, Scene};
+use clap::ValueEnum;
 use glam::DVec3;
+use std::path::PathBuf;
 
 /// Remarks on rendering the scene with these settings.
 pub(super) fn on(scene: &Scene, settings: &Settings) -> Vec<String> {
-    let by_photons = match settings.integrator {
-        Integrator::Ppm | Integrator::Sppm | Integrator::Pppm => true,
-        Integrator::Path | Integrator::Whitted => false,
-    };
+    let by_photons = settings.integrator.by_photons();
     let mut remarks = Vec::new();
     if scene.lights.dark() && scene.background == Rgb::ZERO {
         remarks.push("the scene has no light of any power: the picture will be black".to_owned());
@@ -63,10 +63,7 @@ fn place(light: &Light) -> DVec3 {
 /// Flags that the integrator in force has no use for.
 pub(super) fn ignored(args: &RenderArgs, settings: &Settings) -> Vec<String> {
     let integrator = settings.integrator;
-    let photon = matches!(
-        integrator,
-        Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
-    );
+    let photon = integrator.by_photons();
     let whitted = integrator == Integrator::Whitted;
     let flags = [
         ("--passes", args.passes.is_some(), photon),
@@ -91,13 +88,30 @@ pub(super) fn ignored(args: &RenderArgs, settings: &Settings) -> Vec<String> {
     notes
 }
 
+/// Feature channels that are asked for but will not be in any file.
+pub(super) fn unwritten(settings: &Settings, outputs: &[PathBuf]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let missing = |aov: &&Aov| aov.needs_photons() && !settings.integrator.by_photons();
+    for aov in settings.aov.iter().filter(missing) {
+        let name = aov.to_possible_value();
+        let name = name.as_ref().map_or("", |value| value.get_name());
+        notes.push(format!(
+            "only photon mapping has the feature {name}: it is left out"
+        ));
+    }
+    if !settings.aov.is_empty() && !outputs.iter().any(|path| pictures::is(path, "exr")) {
+        notes.push("feature channels are written to .exr alone, and none is asked for".to_owned());
+    }
+    notes
+}
+
 /// Flags of `whitted` that the antialiasing in force has no use for.
 fn ignored_by_antialiasing(args: &RenderArgs, settings: &Settings) -> Vec<String> {
     let adaptive = settings.pattern == Resampling::Adaptive;
     let (hash, pattern, threshold) = match settings.aa {
         Antialias::None => (false, false, false),
-        Antialias::PathHash => (true, true, false),
-        Antialias::Uniform => (adaptive, true, false),
+        Antialias::PathHash => (true, true, true),
+        Antialias::Uniform => (adaptive, true, adaptive),
         Antialias::Contrast | Antialias::Variance => (false, true, true),
     };
     let flags = [

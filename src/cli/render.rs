@@ -4,27 +4,24 @@ use super::parse_override;
 use super::pictures;
 use super::remarks;
 use super::resources;
+use super::watch::viewers::Viewers;
+use super::watch::{self, live, tev};
 use crate::image::exr;
 use crate::image::file::write_atomically;
-use crate::image::metrics::{self, Comparison};
 use crate::image::part::Part;
 use crate::image::picture::{Origin, Picture};
-use crate::render::driver::{self, Control, Outcome, Progress};
+use crate::render::driver::Outcome;
 use crate::render::photon::error::{Errors, Summary};
 use crate::render::settings::Settings;
 use crate::scene::options::{
-    Antialias, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, SolverName,
+    Antialias, Aov, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, SolverName,
 };
 use crate::scene::{self, Scene};
 use anyhow::{Context, bail};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
-use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Render a scene to EXR and PNG.
@@ -36,6 +33,8 @@ Examples:
   photolathe render scenes/box.toml --time 30 -o box.png            as many passes as fit into 30 seconds
   photolathe render scenes/box.toml --reference truth.exr           the error after every pass, as CSV on stdout
   photolathe render scenes/box.toml --integrator pppm --pass-range 0..32 -o a.part    some passes, for `merge`
+  photolathe render scenes/cup.toml --integrator sppm --time 60 --live 8080    watch it at http://127.0.0.1:8080/
+  photolathe render scenes/cup.toml --aov depth,normal,object                  with channels for denoisers
 
 The same scene, settings, seed and number of passes give the same bytes on any number of threads.
 Ctrl-C ends the pass and writes the picture; a second Ctrl-C stops at once.")]
@@ -88,7 +87,8 @@ pub struct RenderArgs {
     /// How antialiasing resamples.
     #[arg(long, value_enum)]
     pub pattern: Option<Resampling>,
-    /// Least difference that contrast (default .3) and variance (default .1) resample.
+    /// Least difference of sRGB colours, summed over channels, that is resampled: by contrast (default .3), by variance (default .1),
+    /// and by the path hash where hashes differ (default 0: whatever differs).
     #[arg(long, value_parser = positive)]
     pub threshold: Option<f64>,
     /// How surfaces of revolution are solved.
@@ -103,6 +103,13 @@ pub struct RenderArgs {
     /// Most scattering events of a path (default: unlimited).
     #[arg(long)]
     pub max_depth: Option<u32>,
+    /// Feature channels in the EXR, separated by commas; they change no bit of the colours. Depth and normal are means over the pixel's
+    /// samples: Z, the distance from the lens along the view axis, of those that meet something (inf if none does), and N.X, N.Y, N.Z, in
+    /// world space on the side seen, 0 counted for those that meet nothing. Of the pixel's centre: object, its number as `inspect` lists
+    /// it (-1: none), and path_hash.high and .low, the hash (--hash) that antialiasing compares. Of photon mapping: radius, the latest,
+    /// and photons gathered in all passes (both 0 where nothing gathers).
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAME,...")]
+    pub aov: Vec<Aov>,
     /// Change a key of the scene file or the solver, as in --set film.width=64 or --set solver.starts=30.
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse_override)]
     pub set: Vec<(String, String)>,
@@ -115,7 +122,15 @@ pub struct RenderArgs {
     /// Stop when relmse against the reference is at most this.
     #[arg(long, value_name = "RELMSE", requires = "reference", value_parser = positive)]
     pub target_error: Option<f64>,
-    /// Factor on radiance for PNG: pixel = sRGB(exposure × radiance).
+    /// Serve a page that shows the picture while it is made, read-only, until the render ends: PORT alone means 127.0.0.1, which no
+    /// other machine can reach; port 0 takes a free one, which stderr names. A slow or stalled browser does not hold the render up.
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = live::address)]
+    pub live: Option<String>,
+    /// Send the picture to the tev viewer about once a second and at the end (without a port: 14158). If tev does not listen or goes
+    /// away, the render goes on.
+    #[arg(long, value_name = "HOST:PORT", value_parser = tev::address)]
+    pub tev: Option<String>,
+    /// Factor on radiance for PNG and the live page: pixel = sRGB(exposure × radiance).
     #[arg(long, default_value_t = 1.0, value_parser = positive)]
     pub exposure: f64,
 }
@@ -168,6 +183,7 @@ impl RenderArgs {
             threads: self.threads.map(usize::from),
             seed: self.seed,
             max_depth: self.max_depth,
+            aov: (!self.aov.is_empty()).then(|| self.aov.clone()),
         }
     }
 
@@ -235,6 +251,11 @@ impl RenderArgs {
                     range.end
                 );
             }
+            if !settings.aov.is_empty() {
+                bail!(
+                    "--pass-range writes sums of colours, without feature channels: expected no --aov (nor render.aov in the scene)"
+                );
+            }
             settings.passes = range.end;
         }
         Ok(settings)
@@ -248,7 +269,9 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let scene = scene::file::load(&args.scene, &args.overrides())?;
     let settings = args.settings(&scene)?;
     let remarks = remarks::on(&scene, &settings);
-    for note in remarks::ignored(args, &settings).iter().chain(&remarks) {
+    let unwritten = remarks::unwritten(&settings, &outputs);
+    let ignored = remarks::ignored(args, &settings);
+    for note in ignored.iter().chain(&unwritten).chain(&remarks) {
         eprintln!("photolathe: {note}");
     }
     let reference = args
@@ -256,9 +279,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         .as_deref()
         .map(|path| open_reference(path, &scene))
         .transpose()?;
+    let mut viewers = Viewers::open(args, &scene, &settings)?;
 
     let render_start = Instant::now();
-    let outcome = watch(args, &scene, &settings, reference.as_ref())?;
+    let outcome = watch::render(args, &scene, &settings, reference.as_ref(), &mut viewers)?;
+    viewers.last(&outcome);
     let render_s = render_start.elapsed().as_secs_f64();
     if let Some(path) = &args.stats {
         let stats = statistics(&outcome, &settings, start.elapsed().as_secs_f64(), render_s);
@@ -276,6 +301,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         );
     }
     write(args, &scene, settings, outcome, &outputs)?;
+    viewers.close();
     Ok(ExitCode::SUCCESS)
 }
 
@@ -290,7 +316,9 @@ fn write(
     let origin = Origin::of(scene, &settings);
     let film = match &args.pass_range {
         None => {
-            let picture = Picture::of_film(&outcome.film).described(&origin, outcome.passes);
+            let picture = Picture::of_film(&outcome.film)
+                .with_features(outcome.features.as_ref())
+                .described(&origin, outcome.passes);
             pictures::write(&picture, args.exposure, outputs)?;
             outcome.film
         }
@@ -330,96 +358,6 @@ fn open_reference(path: &Path, scene: &Scene) -> anyhow::Result<Picture> {
     Ok(reference)
 }
 
-/// Renders with a progress bar, Ctrl-C, and the error against a reference.
-fn watch(
-    args: &RenderArgs,
-    scene: &Scene,
-    settings: &Settings,
-    reference: Option<&Picture>,
-) -> anyhow::Result<Outcome> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&interrupted);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::SeqCst) {
-            std::process::exit(130);
-        }
-    })
-    .context("cannot watch for Ctrl-C")?;
-    let bar = ProgressBar::no_length();
-    let mut trouble = None;
-    let mut out = std::io::stdout();
-    if reference.is_some() {
-        writeln!(out, "pass,render_s,mse,rmse,relmse")?;
-    }
-    let first = args.pass_range.as_ref().map_or(0, |range| range.start);
-    let outcome = driver::render_from(first, scene, settings, &mut |progress| {
-        show(&bar, progress, settings);
-        let error = reference
-            .map(|reference| metrics::compare(&Picture::of_film(progress.film), reference));
-        let reached = match error {
-            None => false,
-            Some(Err(error)) => {
-                trouble = Some(error);
-                true
-            }
-            Some(Ok(Comparison {
-                mse, rmse, relmse, ..
-            })) => {
-                let row = writeln!(
-                    out,
-                    "{},{:?},{mse:?},{rmse:?},{relmse:?}",
-                    progress.done, progress.seconds
-                );
-                row.is_err() || args.target_error.is_some_and(|target| relmse <= target)
-            }
-        };
-        let stop = reached || interrupted.load(Ordering::SeqCst);
-        if stop {
-            Control::Stop
-        } else {
-            Control::Continue
-        }
-    })?;
-    bar.finish_and_clear();
-    if let Some(error) = trouble {
-        return Err(error.into());
-    }
-    if interrupted.load(Ordering::SeqCst) {
-        eprintln!(
-            "photolathe: interrupted after pass {}; the picture so far is written",
-            outcome.passes
-        );
-    }
-    Ok(outcome)
-}
-
-/// Shows passes, rate and time left on stderr; silent where stderr is not a terminal.
-fn show(bar: &ProgressBar, progress: &Progress, settings: &Settings) {
-    if bar.length().is_none() && progress.planned != u64::MAX {
-        bar.set_length(progress.planned);
-        bar.set_style(style("{bar:32} pass {pos}/{len}, {msg}, {eta} left"));
-    } else if bar.position() == 0 {
-        bar.set_style(style("{spinner} pass {pos}, {msg}, {elapsed}"));
-    }
-    let work = &progress.work;
-    let rays = work.camera_rays + work.scattered_rays + work.shadow_rays + work.photon_segments;
-    let left = settings.time.map_or(String::new(), |limit| {
-        format!(
-            ", {:.0} s of time left",
-            (limit - progress.seconds).max(0.0)
-        )
-    });
-    let error = progress.errors.and_then(Errors::summary);
-    let error = error.map_or(String::new(), |summary| {
-        format!(", error {:.2} %", 100.0 * summary.total())
-    });
-    bar.set_message(format!(
-        "{:.2} M rays/s{error}{left}",
-        rays as f64 / progress.seconds / 1e6
-    ));
-    bar.set_position(progress.done);
-}
-
 fn estimated(Summary { noise, bias }: Summary) -> String {
     format!(
         "estimated error {:.2} % of the mean radiance (root mean square over pixels; noise {:.2} %, bias of the radius {:.2} %)",
@@ -427,10 +365,6 @@ fn estimated(Summary { noise, bias }: Summary) -> String {
         100.0 * noise,
         100.0 * bias
     )
-}
-
-fn style(template: &str) -> ProgressStyle {
-    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 fn statistics(

@@ -1,7 +1,7 @@
 //! OpenEXR in and out.
 //!
 //! Written: scanlines, ZIP, float32 linear `R`, `G`, `B`, with `variance.R`, `variance.G`, `variance.B` (of the mean) and
-//! `samples` where the picture has them, and its text attributes. Equal pictures give equal bytes: blocks are compressed one
+//! `samples` where the picture has them, feature channels (float32, or uint32 for bits), and its text attributes. Equal pictures give equal bytes: blocks are compressed one
 //! after the other, and the header's attributes, which the codec keeps in a hash map, are put in the order of their names.
 //!
 //! Read: any flat scanline or tiled file whose first layer has `R`, `G` and `B` in half, float or integer samples without
@@ -10,6 +10,7 @@
 use super::ImageError;
 use super::file::write_atomically;
 use super::picture::Picture;
+use crate::render::features::{Channel, Values};
 use crate::scene::MAX_PIXELS;
 use ::exr::meta::MetaData;
 use ::exr::meta::attribute::AttributeValue;
@@ -51,7 +52,8 @@ pub fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, String> {
     let count = picture.width * picture.height;
     let fits = picture.rgb.len() == count
         && picture.variance.as_ref().is_none_or(|v| v.len() == count)
-        && picture.samples.as_ref().is_none_or(|v| v.len() == count);
+        && picture.samples.as_ref().is_none_or(|v| v.len() == count)
+        && (picture.features.iter()).all(|feature| feature.values.len() == count);
     if count == 0 || !fits {
         return Err("the picture has no pixels, or not as many as its size says".to_owned());
     }
@@ -65,6 +67,13 @@ pub fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, String> {
     }
     if let Some(samples) = &picture.samples {
         channels.push(channel("samples", samples.clone()));
+    }
+    for Channel { name, values } in &picture.features {
+        let samples = match values {
+            Values::Float(values) => FlatSamples::F32(values.clone()),
+            Values::Whole(values) => FlatSamples::U32(values.clone()),
+        };
+        channels.push(AnyChannel::new(*name, samples));
     }
     let encoding = Encoding {
         compression: Compression::ZIP16,
@@ -167,6 +176,7 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Picture, String> {
         rgb,
         variance,
         samples,
+        features: Vec::new(),
         attributes,
     })
 }

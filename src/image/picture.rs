@@ -1,8 +1,10 @@
 //! A picture in memory.
 
+use crate::render::features::{Channel, Features};
 use crate::render::film::Film;
 use crate::render::settings::Settings;
 use crate::scene::{Rgb, Scene};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -19,6 +21,8 @@ pub struct Picture {
     pub variance: Option<Vec<[f32; 3]>>,
     /// Samples per pixel.
     pub samples: Option<Vec<f32>>,
+    /// Feature channels. They are written to files but not read from them.
+    pub features: Vec<Channel>,
     /// Text attributes of the header.
     pub attributes: BTreeMap<String, String>,
 }
@@ -84,7 +88,28 @@ impl Picture {
                     .collect(),
             ),
             samples: Some(pixels.iter().map(|pixel| pixel.count() as f32).collect()),
-            attributes: BTreeMap::new(),
+            ..Self::default()
+        }
+    }
+
+    /// The colours of a film alone, as [`Self::of_film`] has them.
+    pub fn colours_of(film: &Film) -> Self {
+        let size = film.size();
+        let pixels = film.pixels().par_iter();
+        Self {
+            width: size.width as usize,
+            height: size.height as usize,
+            rgb: pixels.map(|pixel| single(pixel.mean())).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// The picture with these features.
+    #[must_use]
+    pub fn with_features(self, features: Option<&Features>) -> Self {
+        Self {
+            features: features.map_or(Vec::new(), Features::channels),
+            ..self
         }
     }
 

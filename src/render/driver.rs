@@ -1,5 +1,6 @@
 //! The driver: passes in order, threads, progress, limits.
 
+use super::features::Features;
 use super::film::Film;
 use super::path::PathTracer;
 use super::photon::error::Errors;
@@ -54,6 +55,8 @@ pub enum Control {
 pub struct Outcome {
     /// The picture.
     pub film: Film,
+    /// Its features, where the settings ask for some.
+    pub features: Option<Features>,
     /// Its estimated errors, by photon mapping if the settings ask for them.
     pub errors: Option<Errors>,
     /// Work done.
@@ -114,6 +117,15 @@ impl<'a> Engine<'a> {
         })
     }
 
+    /// Tells the features of the pass just made.
+    fn tell(&self, pass: u64, features: &mut Features, phases: &mut Phases) -> Work {
+        timed(&mut phases.camera, || match self {
+            Self::Whitted(whitted) => whitted.tell(pass, features),
+            Self::Path(path) => path.tell(pass, features),
+            Self::Photon(mapper) => mapper.tell(pass, features),
+        })
+    }
+
     fn planned(&self, settings: &Settings) -> u64 {
         match self {
             Self::Whitted(_) | Self::Path(_) if settings.spp == u32::MAX => u64::MAX,
@@ -151,9 +163,15 @@ fn run(
     let mut film = Film::new(scene.film);
     let mut work = Work::default();
     let mut phases = Phases::default();
+    let mut features = timed(&mut phases.camera, || {
+        Features::new(scene, settings, &mut work)
+    });
     let mut done = 0;
     while done < planned {
         work += engine.pass(first + done, &mut film, &mut phases);
+        if let Some(features) = &mut features {
+            work += engine.tell(first + done, features, &mut phases);
+        }
         done += 1;
         let seconds = start.elapsed().as_secs_f64();
         let progress = Progress {
@@ -171,6 +189,7 @@ fn run(
     }
     Ok(Outcome {
         film,
+        features,
         errors: engine.errors().cloned(),
         work,
         passes: done,

@@ -2,6 +2,7 @@
 
 pub mod antialias;
 pub mod driver;
+pub mod features;
 pub mod film;
 pub mod path;
 pub mod photon;

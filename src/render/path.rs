@@ -4,6 +4,7 @@
 //! (balance heuristic, Veach and Guibas 1995) and Russian roulette that keeps the mean. Paths have no length limit unless
 //! the settings give one.
 
+use super::features::Features;
 use super::film::Film;
 use super::scatter::{Interface, Lobes, reflect};
 use super::settings::Settings;
@@ -84,6 +85,12 @@ impl<'a> PathTracer<'a> {
         work: &mut Work,
         witness: &mut impl FnMut(&Step),
     ) -> Rgb {
+        let (ray, mut stream) = self.first_ray(size, [x, y], pass);
+        self.radiance(ray, &mut stream, work, witness)
+    }
+
+    /// The camera ray of that sample, and the random numbers that its path goes on with.
+    fn first_ray(&self, size: FilmSize, [x, y]: [u32; 2], pass: u64) -> (Ray, Stream) {
         let [width, height] = [size.width, size.height].map(u64::from);
         let index = pass * width * height + u64::from(y) * width + u64::from(x);
         let mut stream = Stream::new(self.settings.seed, Purpose::Camera, index);
@@ -93,7 +100,17 @@ impl<'a> PathTracer<'a> {
         );
         let extent = DVec2::new(f64::from(size.width), f64::from(size.height));
         let ray = self.scene.camera.ray(place, extent, stream.uniform2());
-        self.radiance(ray, &mut stream, work, witness)
+        (ray, stream)
+    }
+
+    /// Tells the features of a pass.
+    pub(super) fn tell(&self, pass: u64, features: &mut Features) -> Work {
+        let size = self.scene.film;
+        features.look(self.scene, |pixel, rays, _| {
+            let pixel = pixel as u32;
+            let place = [pixel % size.width, pixel / size.width];
+            rays.push(self.first_ray(size, place, pass).0);
+        })
     }
 
     /// One sample of the radiance that arrives at the ray's origin against its unit direction.

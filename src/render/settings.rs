@@ -1,7 +1,7 @@
 //! Resolved settings of a render.
 
 use crate::scene::options::{
-    Antialias, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule,
+    Antialias, Aov, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule,
 };
 use serde::{Deserialize, Serialize};
 
@@ -30,8 +30,8 @@ pub struct Settings {
     pub hash: Hash,
     /// How antialiasing resamples.
     pub pattern: Resampling,
-    /// Least difference that `contrast` and `variance` resample: of two neighbours' sRGB values, summed over channels; of the
-    /// standard deviation of a pixel's four samples, in the same measure.
+    /// Least difference that is resampled: for `contrast`, and for `path-hash` where hashes differ, of two neighbours' sRGB values,
+    /// summed over channels; for `variance` of the standard deviation of a pixel's four samples, in the same measure.
     pub threshold: f64,
     /// Seed.
     pub seed: u64,
@@ -50,23 +50,22 @@ pub struct Settings {
     /// Seconds after which no further pass starts.
     #[serde(skip)]
     pub time: Option<f64>,
+    /// Features to find beside the colours, each once. Never changes a bit of these.
+    #[serde(skip)]
+    pub aov: Vec<Aov>,
 }
 
 impl Settings {
     /// Whether a pass is a function of its number alone, so that passes may be rendered apart: photon mapping under a rule that
     /// does not look at photons.
     pub fn passes_are_independent(&self) -> bool {
-        let photons = matches!(
-            self.integrator,
-            Integrator::Ppm | Integrator::Sppm | Integrator::Pppm
-        );
-        photons && !self.rule.looks_at_photons()
+        self.integrator.by_photons() && !self.rule.looks_at_photons()
     }
 
     /// The settings of a table, with defaults where it is silent.
     ///
     /// Defaults: `ppm` with 4 camera samples, 64 passes of 100 000 photons, α = 2/3; `path` with 64 samples; `whitted` with
-    /// one and path-hash antialiasing (3×3, by objects; thresholds: contrast .3, variance .1); the disc as kernel. With `time`
+    /// one and path-hash antialiasing (3×3, by objects; thresholds: hash 0, contrast .3, variance .1); the disc as kernel. With `time`
     /// alone, passes and samples are unlimited.
     pub fn resolve(table: &RenderTable) -> Self {
         let integrator = table.integrator.unwrap_or(Integrator::Ppm);
@@ -82,6 +81,9 @@ impl Settings {
             _ => Rule::Local,
         };
         let aa = table.aa.unwrap_or(Antialias::PathHash);
+        let mut aov = table.aov.clone().unwrap_or_default();
+        aov.sort_unstable();
+        aov.dedup();
         Self {
             integrator,
             spp: table.spp.unwrap_or(spp),
@@ -95,7 +97,8 @@ impl Settings {
             pattern: table.pattern.unwrap_or(Resampling::Three),
             threshold: table.threshold.unwrap_or(match aa {
                 Antialias::Variance => 0.1,
-                _ => 0.3,
+                Antialias::Contrast => 0.3,
+                Antialias::None | Antialias::PathHash | Antialias::Uniform => 0.0,
             }),
             kernel: table.kernel.unwrap_or(Kernel::Disc),
             seed: table.seed.unwrap_or(0),
@@ -104,6 +107,7 @@ impl Settings {
             index: table.index.unwrap_or_default(),
             estimate_errors: false,
             time: table.time,
+            aov,
         }
     }
 }

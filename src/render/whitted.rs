@@ -7,8 +7,9 @@
 mod tree;
 
 use super::antialias::fingerprint::Fingerprint;
-use super::antialias::mask::{contrast, mask, mask_by};
+use super::antialias::mask::{contrast, mask};
 use super::antialias::pattern::{CENTER, Place, ROOKS, grid};
+use super::features::Features;
 use super::film::{Film, Pixel};
 use super::settings::Settings;
 use crate::geometry::ray::Ray;
@@ -143,17 +144,16 @@ impl<'a> Whitted<'a> {
     fn marked(&self, firsts: &[First], width: usize) -> Vec<bool> {
         let threshold = self.settings.threshold;
         match self.settings.aa {
-            Antialias::Contrast => mask_by(firsts.len(), width, |a, b| {
+            Antialias::Contrast => mask(firsts.len(), width, |a, b| {
                 contrast(firsts[a].radiance, firsts[b].radiance) > threshold
             }),
             Antialias::Variance => firsts
                 .iter()
                 .map(|first| first.deviation > threshold)
                 .collect(),
-            _ => {
-                let hashes: Vec<u64> = firsts.iter().map(|first| first.hash).collect();
-                mask(&hashes, width)
-            }
+            _ => mask(firsts.len(), width, |a, b| {
+                self.is_edge(&firsts[a], &firsts[b])
+            }),
         }
     }
 
@@ -168,16 +168,13 @@ impl<'a> Whitted<'a> {
     ) {
         // The centre is known where the first look was there.
         let center = first.filter(|_| self.settings.aa != Antialias::Variance);
-        let hashed = self.settings.pattern == Resampling::Adaptive && !self.by_colour();
+        let hashed = self.hashes_again();
         let mut look = |place: Place| match center {
             Some(center) if place == CENTER => center,
             _ => self.look(pass, index, place, hashed, work),
         };
-        let side = match self.settings.pattern {
-            Resampling::Two => 2,
-            Resampling::Three => 3,
-            Resampling::Four => 4,
-            Resampling::Adaptive => return self.resample_twice(&mut look, pixel),
+        let Some(side) = self.side() else {
+            return self.resample_twice(&mut look, pixel);
         };
         let (middle, others): (Vec<_>, Vec<_>) =
             grid(side).into_iter().partition(|place| *place == CENTER);
@@ -189,25 +186,80 @@ impl<'a> Whitted<'a> {
     /// Adds four samples, and the other twelve of the 4×4 grid where these and the centre do not all agree.
     fn resample_twice(&self, look: &mut impl FnMut(Place) -> First, pixel: &mut Pixel) {
         let places = grid(4);
-        let firsts = ROOKS.map(|place| look(places[place]));
-        let center = look(CENTER);
-        let differs = |first: &First| {
-            if self.by_colour() {
-                contrast(first.radiance, center.radiance) > self.settings.threshold
-            } else {
-                first.hash != center.hash
-            }
-        };
+        let (firsts, differ) = self.look_at_four(look);
         for first in firsts {
             pixel.add(first.radiance);
         }
-        if firsts.iter().any(differs) {
+        if differ {
             for (index, &place) in places.iter().enumerate() {
                 if !ROOKS.contains(&index) {
                     pixel.add(look(place).radiance);
                 }
             }
         }
+    }
+
+    /// The first four looks of adaptive resampling, and whether any of them differs from the centre.
+    fn look_at_four(&self, look: &mut impl FnMut(Place) -> First) -> ([First; 4], bool) {
+        let places = grid(4);
+        let firsts = ROOKS.map(|place| look(places[place]));
+        let center = look(CENTER);
+        let differs = |first: &First| {
+            if self.by_colour() {
+                contrast(first.radiance, center.radiance) > self.settings.threshold
+            } else {
+                self.is_edge(first, &center)
+            }
+        };
+        (firsts, firsts.iter().any(differs))
+    }
+
+    /// The places of the samples that a pass adds to a pixel, once the first pass is made.
+    fn places(&self, pass: u64, index: usize, work: &mut Work) -> Vec<Place> {
+        let resampled = self.resampled().is_some_and(|resampled| resampled[index]);
+        match self.side() {
+            _ if !resampled && self.settings.aa == Antialias::Variance => grid(2),
+            _ if !resampled => vec![CENTER],
+            Some(side) => grid(side),
+            None => {
+                let hashed = self.hashes_again();
+                let mut look = |place| self.look(pass, index, place, hashed, work);
+                let (_, differ) = self.look_at_four(&mut look);
+                let places = grid(4);
+                match differ {
+                    true => places,
+                    false => ROOKS.map(|place| places[place]).to_vec(),
+                }
+            }
+        }
+    }
+
+    /// Whether two samples have unlike paths and colours so far apart that the threshold lets them count.
+    fn is_edge(&self, a: &First, b: &First) -> bool {
+        a.hash != b.hash && contrast(a.radiance, b.radiance) >= self.settings.threshold
+    }
+
+    /// Tells the features of the pass just made.
+    pub(super) fn tell(&self, pass: u64, features: &mut Features) -> Work {
+        features.look(self.scene, |pixel, rays, work| {
+            let places = self.places(pass, pixel, work).into_iter();
+            rays.extend(places.map(|place| self.first_ray(pass, pixel, place).0));
+        })
+    }
+
+    /// Cells along a side of the grid by which pixels are resampled; `None` if that depends on the pixel.
+    fn side(&self) -> Option<usize> {
+        match self.settings.pattern {
+            Resampling::Two => Some(2),
+            Resampling::Three => Some(3),
+            Resampling::Four => Some(4),
+            Resampling::Adaptive => None,
+        }
+    }
+
+    /// Whether the hashes of a resampled pixel's samples are compared too.
+    fn hashes_again(&self) -> bool {
+        self.settings.pattern == Resampling::Adaptive && !self.by_colour()
     }
 
     /// Whether colours are compared, and no hashes.
@@ -217,12 +269,7 @@ impl<'a> Whitted<'a> {
 
     /// One sample of a pixel. Its hash is right only if `hashed` asks for it, as it may take rays of its own.
     fn look(&self, pass: u64, index: usize, place: Place, hashed: bool, work: &mut Work) -> First {
-        let mut stream = Stream::new(
-            self.settings.seed,
-            Purpose::Camera,
-            self.key(pass, index, place),
-        );
-        let ray = self.camera_ray(index, place.offset, stream.uniform2());
+        let (ray, mut stream) = self.first_ray(pass, index, place);
         let through_lens = hashed && self.scene.camera.lens_radius() > 0.0;
         let shading = hashed && !through_lens && self.settings.hash.sees_shading();
         let (radiance, of_sample) = self.tree(ray, Some(&mut stream), shading, work);
@@ -236,6 +283,19 @@ impl<'a> Whitted<'a> {
             hash: fingerprint.value(self.settings.hash),
             deviation: 0.0,
         }
+    }
+
+    /// The camera ray of a sample, and the random numbers that its paths go on with.
+    fn first_ray(&self, pass: u64, index: usize, place: Place) -> (Ray, Stream) {
+        let key = self.key(pass, index, place);
+        let mut stream = Stream::new(self.settings.seed, Purpose::Camera, key);
+        let ray = self.camera_ray(index, place.offset, stream.uniform2());
+        (ray, stream)
+    }
+
+    /// The ray through the centres of a pixel and of the lens.
+    pub(super) fn center_ray(&self, index: usize) -> Ray {
+        self.camera_ray(index, CENTER.offset, LENS_CENTER)
     }
 
     /// Index of the random numbers of a sample: those of the 3×3 grid in one range, the others mixed over all.

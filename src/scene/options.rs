@@ -19,6 +19,13 @@ pub enum Integrator {
     Pppm,
 }
 
+impl Integrator {
+    /// Whether it gathers photons.
+    pub fn by_photons(self) -> bool {
+        matches!(self, Self::Ppm | Self::Sppm | Self::Pppm)
+    }
+}
+
 /// How the gather radius shrinks from pass to pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -131,6 +138,32 @@ pub enum Resampling {
     Adaptive,
 }
 
+/// A feature beside the colours of a picture, written to EXR files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[value(rename_all = "snake_case")]
+pub enum Aov {
+    /// Distance from the plane of the lens along the view axis.
+    Depth,
+    /// Unit normal in world space, on the side seen.
+    Normal,
+    /// Number of the object behind the pixel's centre.
+    Object,
+    /// Hash of the path behind the pixel's centre, as antialiasing compares it.
+    PathHash,
+    /// Gather radius, of photon mapping.
+    Radius,
+    /// Photons gathered, of photon mapping.
+    Photons,
+}
+
+impl Aov {
+    /// Whether only photon mapping has it.
+    pub fn needs_photons(self) -> bool {
+        matches!(self, Self::Radius | Self::Photons)
+    }
+}
+
 /// Name of a solver for surfaces of revolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -175,7 +208,7 @@ pub struct RenderTable {
     pub hash: Option<Hash>,
     /// How antialiasing resamples.
     pub pattern: Option<Resampling>,
-    /// Least difference of `contrast` and `variance`, > 0.
+    /// Least difference that is resampled, > 0.
     pub threshold: Option<f64>,
     /// Solver.
     pub solver: Option<SolverName>,
@@ -185,6 +218,8 @@ pub struct RenderTable {
     pub seed: Option<u64>,
     /// Most scattering events of a path, ≥ 0; unlimited if absent.
     pub max_depth: Option<u32>,
+    /// Feature channels of EXR files.
+    pub aov: Option<Vec<Aov>>,
 }
 
 impl RenderTable {
@@ -210,6 +245,7 @@ impl RenderTable {
             threads: self.threads.or(base.threads),
             seed: self.seed.or(base.seed),
             max_depth: self.max_depth.or(base.max_depth),
+            aov: self.aov.or_else(|| base.aov.clone()),
         }
     }
 }

@@ -7,7 +7,7 @@ use glam::DVec2;
 use photolathe::numeric::rng::mix;
 use photolathe::numeric::work::Work;
 use photolathe::render::antialias::fingerprint::{Event, Met, PathHash};
-use photolathe::render::antialias::mask::mask;
+use photolathe::render::antialias::mask;
 use photolathe::render::antialias::pattern::{Place, grid};
 use photolathe::render::driver::render_unwatched;
 use photolathe::render::film::Film;
@@ -137,6 +137,11 @@ fn brute_force_mask(hashes: &[u64], width: usize) -> Vec<bool> {
     (0..hashes.len())
         .map(|index| differs(index % width, index / width))
         .collect()
+}
+
+/// The pixels whose hash differs from that of a neighbour.
+fn mask(hashes: &[u64], width: usize) -> Vec<bool> {
+    mask::mask(hashes.len(), width, |a, b| hashes[a] != hashes[b])
 }
 
 #[test]

@@ -66,6 +66,36 @@ fn repeated_hashing_spends_its_samples_where_paths_differ() {
     assert!(few > 30 && many > 100, "{few} {many}");
 }
 
+/// With a threshold the hash marks what differs in hash and in colour: the pairs of neighbours that contrast would mark, too.
+#[test]
+fn a_threshold_leaves_edges_that_no_one_sees() {
+    let scene = scene(&[]);
+    let mask = |aa, threshold| {
+        let settings = Settings {
+            threshold,
+            hash: Hash::Texture,
+            ..settings(aa)
+        };
+        let mut whitted = Whitted::new(&scene, &settings);
+        whitted.pass(0, &mut Film::new(scene.film));
+        whitted.resampled().expect("a mask").to_vec()
+    };
+    let count = |mask: &[bool]| mask.iter().filter(|&&marked| marked).count();
+    let all = mask(Antialias::PathHash, 0.0);
+    let mut last = count(&all);
+    for threshold in [0.02, 0.2, 1.0] {
+        let seen = mask(Antialias::PathHash, threshold);
+        let contrast = mask(Antialias::Contrast, threshold);
+        for ((&seen, &hashed), &contrast) in seen.iter().zip(&all).zip(&contrast) {
+            assert!(!seen || (hashed && contrast));
+        }
+        assert!(count(&seen) < last, "{threshold}");
+        last = count(&seen);
+    }
+    assert!(last > 0);
+    assert_eq!(count(&mask(Antialias::PathHash, 3.1)), 0);
+}
+
 /// Contrast marks by colour, so a shadow's edge is found without a hash; a threshold beyond white against black marks nothing.
 #[test]
 fn contrast_marks_by_colour() {

@@ -6,7 +6,7 @@ use crate::scene::texture::linear_to_srgb;
 /// The pixels of rows of `width`, `count` in all, that differ from a neighbour above, below, left or right.
 ///
 /// The mask is symmetric: of two differing neighbours both are marked. `differ` gets two indices.
-pub fn mask_by(count: usize, width: usize, differ: impl Fn(usize, usize) -> bool) -> Vec<bool> {
+pub fn mask(count: usize, width: usize, differ: impl Fn(usize, usize) -> bool) -> Vec<bool> {
     let mut mask = vec![false; count];
     for index in 0..count {
         let right = (index + 1) % width != 0 && differ(index, index + 1);
@@ -21,11 +21,6 @@ pub fn mask_by(count: usize, width: usize, differ: impl Fn(usize, usize) -> bool
         }
     }
     mask
-}
-
-/// The pixels whose hash differs from that of a neighbour; `hashes` holds rows of `width`.
-pub fn mask(hashes: &[u64], width: usize) -> Vec<bool> {
-    mask_by(hashes.len(), width, |a, b| hashes[a] != hashes[b])
 }
 
 /// How different two radiances look: the sum over channels of the difference of their sRGB values, each within [0, 1]. The

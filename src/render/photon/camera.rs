@@ -128,6 +128,45 @@ fn strata(spp: u32) -> (u32, u32) {
     (columns, spp / columns)
 }
 
+/// The camera ray of the sample `within` (from 0) of a pixel, and the random numbers that its path goes on with.
+pub(crate) fn first_ray(
+    scene: &Scene,
+    sampling: &Sampling,
+    pixel: usize,
+    within: u32,
+) -> (Ray, Stream) {
+    let film = scene.film;
+    let size = DVec2::new(f64::from(film.width), f64::from(film.height));
+    let corner = DVec2::new(
+        (pixel % film.width as usize) as f64,
+        (pixel / film.width as usize) as f64,
+    );
+    let Sampling {
+        spp, seed, pass, ..
+    } = *sampling;
+    let (columns, rows) = strata(spp);
+    let cells = DVec2::new(f64::from(columns), f64::from(rows));
+    let samples = u64::from(film.width) * u64::from(film.height) * u64::from(spp);
+    let number = (pixel as u64 * u64::from(spp)).wrapping_add(u64::from(within));
+    let mut stream = Stream::new(
+        seed,
+        Purpose::Camera,
+        pass.wrapping_mul(samples).wrapping_add(number),
+    );
+    let cell = DVec2::new(f64::from(within % columns), f64::from(within / columns));
+    let place = if pass == 0 {
+        stream.uniform2()
+    } else {
+        // The stream's own place is not used: that of the first pass moves on.
+        stream.uniform2();
+        let start = Stream::new(seed, Purpose::Camera, number).uniform2();
+        [0, 1].map(|axis| moved(start[axis], pass, STEPS[axis]))
+    };
+    let jitter = (cell + DVec2::from_array(place)) / cells;
+    let ray = scene.camera.ray(corner + jitter, size, stream.uniform2());
+    (ray, stream)
+}
+
 /// A task: the samples of some pixels.
 struct Viewer<'a> {
     scene: &'a Scene,
@@ -204,42 +243,15 @@ impl Viewer<'_> {
     }
 
     fn start(&mut self, sample: u32) -> Walk {
-        let film = self.scene.film;
-        let size = DVec2::new(f64::from(film.width), f64::from(film.height));
         let spp = self.sampling.spp;
         let pixel = self.first + (sample / spp) as usize;
-        let corner = DVec2::new(
-            (pixel % film.width as usize) as f64,
-            (pixel / film.width as usize) as f64,
-        );
-        let (columns, rows) = strata(spp);
-        let cells = DVec2::new(f64::from(columns), f64::from(rows));
-        let within = sample % spp;
-        let samples = u64::from(film.width) * u64::from(film.height) * u64::from(spp);
-        let number = (pixel as u64 * u64::from(spp)).wrapping_add(u64::from(within));
-        let Sampling { seed, pass, .. } = *self.sampling;
-        let mut stream = Stream::new(
-            seed,
-            Purpose::Camera,
-            pass.wrapping_mul(samples).wrapping_add(number),
-        );
-        let cell = DVec2::new(f64::from(within % columns), f64::from(within / columns));
-        let place = if pass == 0 {
-            stream.uniform2()
-        } else {
-            // The stream's own place is not used: that of the first pass moves on.
-            stream.uniform2();
-            let start = Stream::new(seed, Purpose::Camera, number).uniform2();
-            [0, 1].map(|axis| moved(start[axis], pass, STEPS[axis]))
-        };
-        let jitter = (cell + DVec2::from_array(place)) / cells;
-        let lens = stream.uniform2();
+        let (ray, stream) = first_ray(self.scene, self.sampling, pixel, sample % spp);
         self.log.work.camera_rays += 1;
         Walk {
             sample,
             stream,
             branch: Branch {
-                ray: self.scene.camera.ray(corner + jitter, size, lens),
+                ray,
                 weight: Rgb::ONE,
                 medium: self.medium,
                 length: 0.0,

@@ -17,6 +17,7 @@ pub mod radius;
 pub mod trace;
 
 use super::driver::RenderError;
+use super::features::{Features, Gathering};
 use super::film::Film;
 use super::settings::Settings;
 use crate::index::choice::Index;
@@ -62,6 +63,8 @@ pub struct PhotonMapper<'a> {
     energy: Energy,
     /// Most photons that lay in memory together.
     most_photons: usize,
+    /// Photons that each hit point gathered in the last pass, where features ask for them.
+    photons_found: Vec<u64>,
     /// Where the settings ask for them.
     errors: Option<Errors>,
 }
@@ -128,6 +131,7 @@ impl<'a> PhotonMapper<'a> {
                 index: None,
                 energy: Energy::default(),
                 most_photons: 0,
+                photons_found: Vec::new(),
                 errors: (settings.estimate_errors)
                     .then(|| Errors::new(scene.film.width as usize * scene.film.height as usize)),
             }),
@@ -161,6 +165,9 @@ impl<'a> PhotonMapper<'a> {
 
         let clock = ProcessClock::start();
         self.add_to(film, &gathered);
+        if (self.settings.aov.iter()).any(|aov| aov.needs_photons()) {
+            self.photons_found = gathered.iter().map(|gathered| gathered.photons).collect();
+        }
         self.shrink(&gathered);
         phases.gather += clock.seconds();
         work
@@ -208,22 +215,47 @@ impl<'a> PhotonMapper<'a> {
         self.settings.integrator == Integrator::Ppm
     }
 
+    fn sampling(&self, pass: u64) -> Sampling {
+        Sampling {
+            spp: self.settings.spp,
+            seed: self.settings.seed,
+            pass: if self.fixed() { 0 } else { pass },
+            radius: self.settings.radius,
+            max_depth: self.settings.max_depth,
+            split: self.fixed(),
+        }
+    }
+
+    /// Tells the features of the pass just made.
+    pub(super) fn tell(&self, pass: u64, features: &mut Features) -> Work {
+        let found = self.photons_found.iter();
+        let hit_points = self.view.hit_points.iter().zip(&self.radii_squared);
+        features.gathered(
+            hit_points
+                .zip(found)
+                .map(|((hit_point, radius_squared), &photons)| Gathering {
+                    pixel: hit_point.pixel as usize,
+                    radius: radius_squared.sqrt(),
+                    photons,
+                }),
+        );
+        if self.fixed() && pass > 0 {
+            // The samples are those of the first pass.
+            return Work::default();
+        }
+        let sampling = self.sampling(pass);
+        features.look(self.scene, |pixel, rays, _| {
+            let ray = |within| camera::first_ray(self.scene, &sampling, pixel, within).0;
+            rays.extend((0..sampling.spp).map(ray));
+        })
+    }
+
     /// Makes the hit points of the pass; `false` if the old ones stay.
     fn place_hit_points(&mut self, pass: u64, work: &mut Work) -> bool {
         if self.fixed() && !self.view.emission.is_empty() {
             return false;
         }
-        self.view = camera::view(
-            self.scene,
-            &Sampling {
-                spp: self.settings.spp,
-                seed: self.settings.seed,
-                pass: if self.fixed() { 0 } else { pass },
-                radius: self.settings.radius,
-                max_depth: self.settings.max_depth,
-                split: self.fixed(),
-            },
-        );
+        self.view = camera::view(self.scene, &self.sampling(pass));
         *work += self.view.work;
         if self.statistics.is_empty() && self.settings.rule == Rule::Local {
             let regions = if self.fixed() {

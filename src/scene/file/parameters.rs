@@ -37,6 +37,7 @@ pub(super) fn render(root: &Table) -> Result<RenderTable, SceneError> {
         "threads",
         "seed",
         "max_depth",
+        "aov",
     ];
     let Some(field) = root.get("render") else {
         return Ok(RenderTable::default());
@@ -69,6 +70,7 @@ pub(super) fn render(root: &Table) -> Result<RenderTable, SceneError> {
         threads: integer("threads", 1, MOST_THREADS)?.map(|threads| threads as usize),
         seed: integer("seed", 0, u64::MAX)?,
         max_depth: integer("max_depth", 0, word32)?.map(|depth| depth as u32),
+        aov: choices(&table, "aov")?,
     })
 }
 
@@ -164,14 +166,24 @@ fn policy(field: &Field) -> Result<StartPolicy, SceneError> {
 
 /// A value of an enum by its command-line name.
 fn choice<T: ValueEnum>(table: &Table, key: &str) -> Result<Option<T>, SceneError> {
+    table.get(key).map(|field| chosen(&field)).transpose()
+}
+
+/// A list of such values, which may be empty.
+fn choices<T: ValueEnum>(table: &Table, key: &str) -> Result<Option<Vec<T>>, SceneError> {
     let Some(field) = table.get(key) else {
         return Ok(None);
     };
+    let items = field.list("a list of words")?;
+    items.iter().map(chosen).collect::<Result<_, _>>().map(Some)
+}
+
+fn chosen<T: ValueEnum>(field: &Field) -> Result<T, SceneError> {
     let values = T::value_variants();
     let names: Vec<String> = values
         .iter()
         .filter_map(|value| Some(value.to_possible_value()?.get_name().to_owned()))
         .collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    Ok(Some(values[field.word(&names)?].clone()))
+    Ok(values[field.word(&names)?].clone())
 }

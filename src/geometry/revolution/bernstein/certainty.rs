@@ -2,7 +2,7 @@
 //!
 //! With F(t, u) = (½(|o + t d|² − r²) across the axis, o_y + t d_y − h along it) and the Jacobian J of F, the true crossing is within
 //! 2 |J⁻¹| (|F| + ε) of the computed one if J changes by less than a quarter that far around (Newton and Kantorovich), ε being the
-//! rounding of F's own evaluation.
+//! rounding of F's own evaluation. A crossing that may lie beyond the end of its piece has the bounds of both pieces there.
 
 use super::line::Line;
 use super::{Cubics, Prepared};
@@ -16,9 +16,10 @@ use crate::numeric::polynomial::cubic;
 pub struct Certainty {
     /// Bound of the error of t, in units of the ray's t.
     pub t: f64,
-    /// Bound of the error of u.
+    /// Bound of the error of u. If the true crossing lies on the next piece, u is counted on through the joint.
     pub u: f64,
-    /// Bound of the angle between the normal at the computed crossing and that at the true one, radians.
+    /// Bound of the angle between the normal at the computed crossing and that at the true one, radians. It takes in the angle of a
+    /// kink if the true crossing may lie beyond it.
     pub normal: f64,
 }
 
@@ -28,6 +29,31 @@ impl Certainty {
         u: f64::INFINITY,
         normal: f64::INFINITY,
     };
+
+    /// The bounds of a crossing near a joint on whose other side these others hold, the outline turning by `kink` there. None if it
+    /// might lie beyond the next joint, too.
+    fn through(&self, other: &Self, kink: f64) -> Self {
+        if other.u >= 1.0 {
+            return Self::NONE;
+        }
+        Self {
+            t: self.t.max(other.t),
+            // From the computed crossing to the joint, and on to the true one.
+            u: self.u + other.u,
+            normal: self.normal + kink + other.normal,
+        }
+    }
+}
+
+/// By what angle the outline turns from one piece to the next at the end (0 the start, 1 the end) of the first; π at most.
+fn kink(curve: &Cubics, next: &Cubics, end: usize) -> f64 {
+    let direction = |curve: &Cubics, u: f64| {
+        let ([_, r1, _], [_, h1, _]) = (motion(&curve.radius, u), motion(&curve.height, u));
+        [r1, h1]
+    };
+    let ends = [[0.0, 1.0], [1.0, 0.0]][end];
+    let ([r1, h1], [r2, h2]) = (direction(curve, ends[0]), direction(next, ends[1]));
+    libm::atan2((r1 * h2 - h1 * r2).abs(), r1 * r2 + h1 * h2)
 }
 
 impl Prepared {
@@ -41,7 +67,17 @@ impl Prepared {
             return Certainty::NONE;
         };
         let [a, b] = line.times.unit;
-        let scaled = line.certainty(&piece.curve, crossing.t / a / b, crossing.u);
+        let t = crossing.t / a / b;
+        let own = line.certainty(&piece.curve, t, crossing.u);
+        let outside = [crossing.u - own.u < 0.0, crossing.u + own.u > 1.0];
+        let scaled = [0, 1].into_iter().filter(|&end| outside[end]);
+        let scaled = scaled.fold(own, |bound, end| {
+            let next = piece.neighbours[end].map(|place| &self.pieces[place].curve);
+            next.map_or(bound, |next| {
+                let other = line.certainty(next, t, [1.0, 0.0][end]);
+                bound.through(&other, kink(&piece.curve, next, end))
+            })
+        });
         Certainty {
             // One more rounding: that of the answer itself.
             t: scaled.t * a * b + f64::EPSILON * crossing.t.abs(),

@@ -212,6 +212,9 @@ pub(super) struct Line {
 /// Origins farther than this many sizes are left to the exact solver (squares of squares must not overflow).
 const FAR: f64 = 1e30;
 
+/// More than the way from any origin to any surface.
+const BEYOND: f64 = 1e100;
+
 /// A ray nearer to perpendicular than this (d_y² against d_x² + d_z²) is solved by branches.
 const NEARLY_LEVEL: f64 = 1e-6;
 
@@ -352,10 +355,12 @@ impl Line {
             return None;
         }
         let t = (height - o.y) / d.y;
-        let (px, pz) = (o.x + t * d.x, o.z + t * d.z);
+        // A nearly level ray meets it beyond all sizes: where does not matter, but squares must not overflow.
+        let near = clamped(t, -BEYOND, BEYOND);
+        let (px, pz) = (o.x + near * d.x, o.z + near * d.z);
         let distance = (px * px + pz * pz).sqrt();
         let [r, _] = self.size;
-        let scale = reach + 4.0 * t.abs() * across.sqrt();
+        let scale = reach + 4.0 * near.abs() * across.sqrt();
         let error = f64::EPSILON * (32.0 * (r * r + distance * distance) + 16.0 * distance * scale);
         Some((t, distance, error + 1e-290))
     }

@@ -74,6 +74,7 @@ const PATH: Method = Method {
     replicates: 32,
     block_bias: 0.0,
     image_bias: 0.0,
+    needed: [2.0, 0.5, 0.2],
 };
 
 const METHODS: [Method; 4] = [

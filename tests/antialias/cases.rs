@@ -238,12 +238,12 @@ fn sheets_of_one_object_are_told_apart_by_piece_and_side() {
     let sheets: Vec<_> = (0..mask.len()).map(sheet).collect();
     let mut jumps = 0;
     for upper in 0..mask.len() - 96 {
-        if let (Some((a, side_a, t)), Some((b, side_b, u))) = (sheets[upper], sheets[upper + 96]) {
-            if (a, side_a) != (b, side_b) {
-                // Not a joint of smooth pieces but one sheet before another.
-                jumps += usize::from((t - u).abs() > 0.5);
-                assert!(mask[upper] && mask[upper + 96], "below pixel {upper}");
-            }
+        let pair = sheets[upper].zip(sheets[upper + 96]);
+        let jump = pair.filter(|((a, side_a, _), (b, side_b, _))| (a, side_a) != (b, side_b));
+        if let Some(((.., t), (.., u))) = jump {
+            // Not a joint of smooth pieces but one sheet before another.
+            jumps += usize::from((t - u).abs() > 0.5);
+            assert!(mask[upper] && mask[upper + 96], "below pixel {upper}");
         }
     }
     assert!(jumps > 20, "{jumps}");

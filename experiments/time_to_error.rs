@@ -14,6 +14,7 @@ use crate::render::path::PathTracer;
 use crate::render::photon::{Phases, PhotonMapper};
 use crate::render::settings::Settings;
 use crate::scene::Scene;
+use crate::scene::aim::Aim;
 use crate::scene::options::{Integrator, RenderTable};
 use serde::Deserialize;
 use std::f64::consts::LN_10;
@@ -27,7 +28,7 @@ const CAUSTIC: [Range<usize>; 2] = [11 * 16..13 * 16, 14 * 16..15 * 16];
 
 const HOURGLASS: &str = "hourglass";
 const NEXT_DOOR: &str = "next_door";
-const PHOTON_MAPS: [&str; 2] = ["pppm", "sppm"];
+const UNAIMED: &str = "sppm without aim";
 const PATH: &str = "path";
 
 /// CPU seconds at which errors are compared.
@@ -63,12 +64,22 @@ pub const EXPERIMENT: Experiment = Experiment {
 };
 
 fn plan(effort: Effort) -> Vec<Run> {
-    let methods = || PHOTON_MAPS.into_iter().chain([PATH]);
-    grid([
-        ("scene", values([HOURGLASS, NEXT_DOOR])),
-        ("integrator", values(methods())),
-        ("replicate", values(0..effort.of([1, 3, 3]))),
-    ])
+    let runs = |scene: &'static str| {
+        grid([
+            ("scene", values([scene])),
+            ("integrator", values(methods(scene).iter().copied())),
+            ("replicate", values(0..effort.of([1, 3, 3]))),
+        ])
+    };
+    [HOURGLASS, NEXT_DOOR].into_iter().flat_map(runs).collect()
+}
+
+/// Next door there is nothing to aim at.
+fn methods(scene: &str) -> &'static [&'static str] {
+    match scene {
+        HOURGLASS => &["pppm", "sppm", UNAIMED, PATH],
+        _ => &["pppm", "sppm", PATH],
+    }
 }
 
 /// Passes of the longest render: about ten seconds of the hourglass at standard effort.
@@ -153,12 +164,16 @@ fn settings(subject: &Scene, integrator: Integrator, seed: u64) -> Settings {
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let (name, method) = (run.text("scene"), run.text("integrator"));
-    let subject = scene(&name, &[])?;
+    let mut subject = scene(&name, &[])?;
+    if method == UNAIMED {
+        subject.lights = subject.lights.aimed(Aim::default());
+    }
     let truth = Truth::of(&name, &subject, effort, seed)?;
     let integrator = match method.as_str() {
         "pppm" => Integrator::Pppm,
         "sppm" => Integrator::Sppm,
-        _ => Integrator::Path,
+        PATH => Integrator::Path,
+        _ => Integrator::Sppm,
     };
     let settings = settings(&subject, integrator, seed);
     let most = most_passes(&name, &method, effort);
@@ -294,7 +309,7 @@ fn plots(table: &Table) -> Vec<Plot> {
     ];
     titles
         .map(|(scene, title)| {
-            let series = PHOTON_MAPS.into_iter().chain([PATH]).map(|integrator| {
+            let series = methods(scene).iter().map(|&integrator| {
                 let course = course(table, scene, integrator);
                 let points = course
                     .iter()

@@ -66,7 +66,7 @@ impl BallIndex for Index {
 
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
     where
-        T: Copy + Default + Send,
+        T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
     {
         each!(self, index => index.join(queries, gather, work))

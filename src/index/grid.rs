@@ -155,7 +155,7 @@ impl BallIndex for Grid {
     /// its best where radii and densities are even.
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
     where
-        T: Copy + Default + Send,
+        T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
     {
         let mut answers = vec![T::default(); self.balls.len()];

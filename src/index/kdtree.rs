@@ -182,7 +182,7 @@ impl KdTree {
 
     fn join_below<T, G>(&self, node: usize, queries: &[Query], out: &mut [T], gather: &G) -> Work
     where
-        T: Copy + Default + Send,
+        T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
     {
         let mut work = Work {
@@ -253,7 +253,7 @@ impl BallIndex for KdTree {
 
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
     where
-        T: Copy + Default + Send,
+        T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
     {
         let queries: Vec<Query> = (0..)

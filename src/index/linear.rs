@@ -32,7 +32,7 @@ impl BallIndex for Linear {
 
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
     where
-        T: Copy + Default + Send,
+        T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
     {
         work.index_visits += queries.len() as u64;

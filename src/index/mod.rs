@@ -176,6 +176,6 @@ pub trait BallIndex {
     /// Runs on the current rayon pool; the answers do not depend on the number of threads.
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
     where
-        T: Copy + Default + Send,
+        T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync;
 }

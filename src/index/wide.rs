@@ -19,6 +19,8 @@ use rayon::prelude::*;
 
 /// From this level on, children are worth tasks of their own: 256 balls each.
 const PARALLEL: usize = 2;
+/// Items that one thread copies at least.
+const LEAST: usize = 1 << 12;
 
 /// The tree. Building and asking it are deterministic; neither depends on the number of threads or the vector instructions.
 #[derive(Clone, Debug)]
@@ -28,8 +30,9 @@ pub struct WideTree {
     /// Centres and squared radii in tree order.
     centers: Vec<DVec3>,
     radii_squared: Vec<f64>,
-    /// Ball of each place in tree order.
+    /// Ball of each place in tree order, and place of each ball.
     order: Vec<u32>,
+    places: Vec<u32>,
     vectors: Vectors,
 }
 
@@ -62,14 +65,22 @@ impl WideTree {
     /// The same with a choice of vector instructions, which changes the speed and nothing else.
     pub fn with(balls: &Balls, vectors: Vectors) -> Self {
         let order = build::order(&balls.centers);
+        let in_order = || {
+            order
+                .par_iter()
+                .with_min_len(LEAST)
+                .map(|&item| item as usize)
+        };
+        let mut places = vec![0; order.len()];
+        for (place, &item) in (0..).zip(&order) {
+            places[item as usize] = place;
+        }
         let mut tree = Self {
             levels: Vec::new(),
-            centers: order.iter().map(|&i| balls.centers[i as usize]).collect(),
-            radii_squared: order
-                .iter()
-                .map(|&i| balls.radii_squared[i as usize])
-                .collect(),
+            centers: in_order().map(|item| balls.centers[item]).collect(),
+            radii_squared: in_order().map(|item| balls.radii_squared[item]).collect(),
             order,
+            places,
             vectors,
         };
         tree.fit_boxes();
@@ -95,6 +106,7 @@ impl WideTree {
             + size_of_val(&*self.centers)
             + size_of_val(&*self.radii_squared)
             + size_of_val(&*self.order)
+            + size_of_val(&*self.places)
     }
 
     fn fit_boxes(&mut self) {
@@ -133,7 +145,7 @@ impl BallIndex for WideTree {
     /// do not, they are sorted here and every list is sorted back: about 15. Memory: 26 bytes a query, and the answers twice.
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
     where
-        T: Copy + Default + Send,
+        T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
     {
         let (packets, order) = Packets::compact(queries);
@@ -143,23 +155,21 @@ impl BallIndex for WideTree {
             order,
             gather,
         };
-        let mut in_tree_order = vec![T::default(); self.order.len()];
+        let all = self.order.par_iter().with_min_len(LEAST);
+        let mut in_tree_order: Vec<T> = all.map(|_| T::default()).collect();
         if let Some(top) = self.levels.len().checked_sub(1) {
             let packets: Vec<u32> = (0..join.queries.packets.len() as u32).collect();
             let scratch = &mut Scratch::default();
             *work += join.descend(top, 0, &packets, &mut in_tree_order, scratch);
         }
-        let mut answers = vec![T::default(); self.order.len()];
-        for (&item, answer) in self.order.iter().zip(in_tree_order) {
-            answers[item as usize] = answer;
-        }
-        answers
+        let places = self.places.par_iter().with_min_len(LEAST);
+        places.map(|&place| in_tree_order[place as usize]).collect()
     }
 }
 
 impl<T, G> Join<'_, G>
 where
-    T: Copy + Default + Send,
+    T: Copy + Default + Send + Sync,
     G: Fn(usize, &[u32]) -> T + Sync,
 {
     /// Hands packets down to a node's children. `out` has the places of the balls below the node.
@@ -261,7 +271,7 @@ struct Leaf<'a, T, G> {
 
 impl<T, G> Kernel for Leaf<'_, T, G>
 where
-    T: Copy + Default + Send,
+    T: Copy + Default + Send + Sync,
     G: Fn(usize, &[u32]) -> T + Sync,
 {
     type Output = Work;

@@ -22,6 +22,8 @@ pub enum Purpose {
     Experiment = 4,
     /// Inputs of tests.
     Test = 5,
+    /// Ways of camera paths through dielectrics, where they step from pass to pass.
+    Choice = 6,
 }
 
 /// The Philox4x32-10 bijection of `counter` under `key`.

@@ -3,8 +3,9 @@
 //! A light can be asked two things: light a point (next-event estimation), and emit a photon. Both describe the same light; a
 //! test compares them.
 
+use super::aim::{Aim, Law};
 use super::material::{Emission, Side};
-use super::sampling::{cosine_hemisphere, uniform_cone, uniform_disc, uniform_sphere};
+use super::sampling::{uniform_cone, uniform_disc, uniform_sphere};
 use super::{Object, Rgb};
 use crate::geometry::hit::OFFSET_IN_ERRORS;
 use crate::geometry::planar::{Disc, Quad, tangents};
@@ -83,6 +84,8 @@ pub struct EmittedPhoton {
     pub ray: Ray,
     /// Flux (W) of this photon if it stood for all the light alone: divide by the number of photons emitted.
     pub flux: Rgb,
+    /// Share of the flux that it would carry if none were aimed: see [`aim`](super::aim).
+    pub worth: f64,
     /// Index of the light it came from.
     pub light: usize,
 }
@@ -107,6 +110,7 @@ pub struct Lights {
     lights: Vec<Light>,
     /// Running sums of the shares of power; the last is 1 if there is any power.
     cumulative: Vec<f64>,
+    aim: Aim,
 }
 
 impl Lights {
@@ -129,7 +133,17 @@ impl Lights {
         if let Some(last) = powers.iter().rposition(|&power| power > 0.0) {
             cumulative[last..].fill(1.0);
         }
-        Self { lights, cumulative }
+        Self {
+            lights,
+            cumulative,
+            aim: Aim::default(),
+        }
+    }
+
+    /// The same light, with some photons aimed. Lights know no aim of themselves.
+    #[must_use]
+    pub fn aimed(self, aim: Aim) -> Self {
+        Self { aim, ..self }
     }
 
     /// The lights.
@@ -181,10 +195,11 @@ impl Lights {
         let light = self.choose(stream.uniform())?;
         let place = stream.uniform2();
         let direction = stream.uniform2();
-        let (ray, flux) = self.lights[light].emit(place, direction, stream);
+        let (ray, worth) = self.lights[light].emit(place, direction, &self.aim, stream);
         Some(EmittedPhoton {
             ray,
-            flux: flux / self.probability(light),
+            flux: worth * (self.lights[light].power() / self.probability(light)),
+            worth,
             light,
         })
     }
@@ -271,11 +286,16 @@ impl Light {
         }
     }
 
-    fn emit(&self, place: [f64; 2], direction: [f64; 2], stream: &mut Stream) -> (Ray, Rgb) {
-        match self {
-            Self::Point { position, .. } => {
-                (Ray::new(*position, uniform_sphere(direction)), self.power())
-            }
+    /// The start of a photon, and what share of the flux of an unaimed one it carries.
+    fn emit(
+        &self,
+        place: [f64; 2],
+        direction: [f64; 2],
+        aim: &Aim,
+        stream: &mut Stream,
+    ) -> (Ray, f64) {
+        let (start, law) = match self {
+            Self::Point { position, .. } => (*position, Law::Isotropic),
             Self::Beam {
                 center,
                 direction: along,
@@ -284,10 +304,7 @@ impl Light {
             } => {
                 let disc = *radius * uniform_disc(place);
                 let (s, t) = tangents(*along);
-                (
-                    Ray::new(*center + disc.x * s + disc.y * t, *along),
-                    self.power(),
-                )
+                return (Ray::new(*center + disc.x * s + disc.y * t, *along), 1.0);
             }
             Self::Area {
                 surface, emission, ..
@@ -300,12 +317,11 @@ impl Light {
                 };
                 let outward = if front { normal } else { -normal };
                 let start = point + OFFSET_IN_ERRORS * error * outward;
-                (
-                    Ray::new(start, cosine_hemisphere(outward, direction)),
-                    self.power(),
-                )
+                (start, Law::Cosine(outward))
             }
-        }
+        };
+        let (direction, worth) = aim.direct(start, law, direction, stream);
+        (Ray::new(start, direction), worth)
     }
 }
 
@@ -399,7 +415,7 @@ impl Emitter {
 }
 
 /// 1 − cosine of the half angle under which a sphere is seen from outside; `None` from inside or the surface.
-fn cone_of_sphere(sphere: &Sphere, point: DVec3) -> Option<f64> {
+pub(super) fn cone_of_sphere(sphere: &Sphere, point: DVec3) -> Option<f64> {
     let distance_squared = (sphere.center - point).length_squared();
     let sin_squared = sphere.radius * sphere.radius / distance_squared;
     // Within a rounding of the surface the cone is a half space and the area form is as good.

@@ -1,5 +1,6 @@
 //! The scene: everything that a renderer needs, validated and immutable.
 
+pub mod aim;
 pub mod camera;
 pub mod file;
 pub mod light;

@@ -16,15 +16,16 @@ pub fn uniform_disc(u: [f64; 2]) -> DVec2 {
     } else {
         (b, 2.0 * FRAC_PI_4 - FRAC_PI_4 * (a / b))
     };
-    radius * DVec2::new(libm::cos(angle), libm::sin(angle))
+    let (sin, cos) = libm::sincos(angle);
+    radius * DVec2::new(cos, sin)
 }
 
 /// Uniform on the unit sphere.
 pub fn uniform_sphere(u: [f64; 2]) -> DVec3 {
     let z = 1.0 - 2.0 * u[0];
     let r = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
-    let angle = TAU * u[1];
-    DVec3::new(r * libm::cos(angle), r * libm::sin(angle), z)
+    let (sin, cos) = libm::sincos(TAU * u[1]);
+    DVec3::new(r * cos, r * sin, z)
 }
 
 /// Cosine-weighted about the unit `normal` (Malley's method); density cosθ/π. Never exactly in the tangent plane.
@@ -41,8 +42,8 @@ pub fn uniform_cone(axis: DVec3, one_minus_cos: f64, u: [f64; 2]) -> DVec3 {
     let cos = 1.0 - drop;
     let sin = (drop * (1.0 + cos)).max(0.0).sqrt();
     let (s, t) = tangents(axis);
-    let angle = TAU * u[1];
-    (sin * libm::cos(angle) * s + sin * libm::sin(angle) * t + cos * axis).normalize()
+    let (across, along) = libm::sincos(TAU * u[1]);
+    (sin * along * s + sin * across * t + cos * axis).normalize()
 }
 
 /// Density of [`cosine_hemisphere`] per solid angle for a direction at this cosine to the normal.

@@ -3,6 +3,7 @@
 //! Statistical tests use fixed seeds and fail beyond 6 standard errors: a false alarm of 2e-9 each. What they can see is 6
 //! standard errors: at most 2 % of an irradiance, 12 % of a flux by photons.
 
+mod aim;
 mod support;
 
 use glam::DVec3;

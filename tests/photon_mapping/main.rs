@@ -2,6 +2,7 @@
 //! 2e-9 each) and state the effect they can see.
 
 mod acceptance;
+mod aim;
 mod cases;
 mod caustic;
 mod command;

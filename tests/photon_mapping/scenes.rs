@@ -8,6 +8,7 @@ use photolathe::geometry::sphere::Sphere;
 use photolathe::render::film::Film;
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
+use photolathe::scene::aim::Aim;
 use photolathe::scene::camera::{Camera, CameraDescription};
 use photolathe::scene::light::{Emitter, Light, Lights};
 use photolathe::scene::material::{Dielectric, Emission, Material, Pattern, Side};
@@ -103,9 +104,9 @@ pub(crate) fn scene(
             width: size,
             height: size,
         },
+        lights: Lights::new(lights).aimed(Aim::at(&objects, &materials)),
         materials,
         objects,
-        lights: Lights::new(lights),
         solver: Solver::Bernstein,
         render: RenderTable::default(),
         hash: String::new(),

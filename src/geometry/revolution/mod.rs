@@ -15,7 +15,7 @@ use super::bounds::{Aabb, Bounding, Cylinder, Volume};
 use super::hit::{Crossing, Hit};
 use super::profile::{Piece, Profile};
 use super::ray::Ray;
-use super::sphere::azimuth;
+use super::sphere::{Sphere, azimuth};
 use clearance::Clearance;
 use clipping::ClippingSettings;
 use glam::{DVec2, DVec3};
@@ -126,6 +126,21 @@ impl Revolution {
                 theta / std::f64::consts::TAU,
                 (f64::from(crossing.piece) + crossing.u) / pieces,
             ),
+        }
+    }
+
+    /// The sphere around the bounding cylinder, in the world.
+    pub fn bounding_sphere(&self) -> Sphere {
+        let Cylinder {
+            radius,
+            bottom,
+            top,
+            ..
+        } = self.cylinder;
+        let middle = DVec3::new(0.0, 0.5 * (bottom + top), 0.0);
+        Sphere {
+            center: self.placement.point_to_world(middle),
+            radius: self.placement.scale * libm::hypot(radius, 0.5 * (top - bottom)),
         }
     }
 

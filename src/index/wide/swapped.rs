@@ -80,7 +80,7 @@ impl BallIndex for Swapped {
     /// As [`super::WideTree::join`] in cost, without a build, if balls come in an order in which neighbours are near each other.
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
     where
-        T: Copy + Default + Send,
+        T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
     {
         let tree = QueryTree::new(queries);

@@ -4,6 +4,7 @@
 //! power: a photon's share of it is near 1, and a rounding of 6·10⁻⁸ of a photon, without sign, is far below the noise of any sum of
 //! them; sums are made in f64. The normal of a flat object is looked up by object and side. Other normals are kept in full, beside.
 
+use super::parts::joined;
 use crate::geometry::shape::Shape;
 use crate::scene::{Rgb, Scene};
 use glam::DVec3;
@@ -109,11 +110,6 @@ impl Arrivals {
         self.packed.is_empty()
     }
 
-    /// Makes room for so many more.
-    pub fn reserve(&mut self, more: usize) {
-        self.packed.reserve(more);
-    }
-
     /// Adds a photon.
     pub fn push(&mut self, arrival: &Arrival) {
         let mark = self.mark(arrival).unwrap_or_else(|| {
@@ -186,18 +182,27 @@ impl Arrivals {
         (0..self.len()).map(|number| self.get(number))
     }
 
-    /// Adds those of another list of the same lights and objects.
-    pub(super) fn append(&mut self, other: &Self) {
-        let before = self.full.len() as u32;
-        let moved = |packed: &Packed| match packed.mark & FULL {
-            0 => *packed,
+    /// Lists of the same lights and objects, one after the other.
+    pub(super) fn join(&self, lists: &[&Self]) -> Self {
+        let mut before = Vec::with_capacity(lists.len());
+        let mut full = Vec::new();
+        for list in lists {
+            before.push(full.len() as u32);
+            full.extend_from_slice(&list.full);
+        }
+        let moved = |part: usize, packed: Packed| match packed.mark & FULL {
+            0 => packed,
             _ => Packed {
-                mark: packed.mark + before,
-                ..*packed
+                mark: packed.mark + before[part],
+                ..packed
             },
         };
-        self.packed.extend(other.packed.iter().map(moved));
-        self.full.extend_from_slice(&other.full);
+        let packed: Vec<&[Packed]> = lists.iter().map(|list| &*list.packed).collect();
+        Self {
+            packed: joined(&packed, moved),
+            full,
+            ..self.emptied()
+        }
     }
 
     /// Puts at each place the photon that `order` names for it.
@@ -293,15 +298,12 @@ mod tests {
 
     #[test]
     fn joined_and_reordered_lists_keep_every_photon_whole() {
-        let (mut joined, mut part) = (two_floors(), two_floors());
+        let mut parts = vec![two_floors(); 3];
         for (number, photon) in photons().iter().enumerate() {
-            part.push(photon);
-            if number % 3 == 2 {
-                joined.append(&part);
-                part = joined.emptied();
-            }
+            parts[number / 3].push(photon);
         }
-        joined.append(&part);
+        let parts: Vec<&Arrivals> = parts.iter().collect();
+        let mut joined = two_floors().join(&parts);
         assert_eq!(joined.iter().collect::<Vec<_>>(), photons());
         joined.reorder(&[6, 5, 4, 3, 2, 1, 0]);
         let backwards: Vec<Arrival> = photons().into_iter().rev().collect();

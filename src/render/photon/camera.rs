@@ -1,5 +1,7 @@
 //! Camera paths: from a pixel through specular events to hit points, the places where light is gathered.
 
+use super::evenly::{self, Choice};
+use super::parts::joined;
 use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
 use crate::numeric::rng::{Purpose, Stream};
@@ -14,9 +16,6 @@ use std::f64::consts::PI;
 /// given: the kernel blurs little more than the pixel itself does. At 3 bias rules the error of caustics, at 1 noise
 /// (experiment `time_to_error`).
 pub const PIXELS_PER_RADIUS: f64 = 1.5;
-/// Steps of the two places in a pixel from pass to pass, in 2⁻⁶⁴: 1/g and 1/g² with g³ = g + 1, the Kronecker sequence R₂ (Roberts
-/// 2018). With a start of its own each place is uniform in every pass, and any number of passes covers the pixel evenly.
-const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1D];
 /// No radius falls below this many bounds of the hit's error: within them, photons do not lie where they say.
 const LEAST_IN_ERRORS: f64 = 64.0;
 /// Branches of less weight than this go on by roulette.
@@ -98,25 +97,23 @@ pub fn view(scene: &Scene, sampling: &Sampling) -> View {
             viewer.view(CHUNK.min(pixels - chunk * CHUNK))
         })
         .collect();
-    let mut all = View {
-        work,
-        hit_points: Vec::with_capacity(chunks.iter().map(|chunk| chunk.hit_points.len()).sum()),
-        emission: Vec::with_capacity(pixels),
-    };
-    for mut chunk in chunks {
-        all.hit_points.append(&mut chunk.hit_points);
-        all.emission.append(&mut chunk.emission);
-        all.work += chunk.work;
+    for chunk in &chunks {
+        work += chunk.work;
     }
-    all
+    let hit_points: Vec<&[HitPoint]> = chunks.iter().map(|chunk| &*chunk.hit_points).collect();
+    let emission: Vec<&[Rgb]> = chunks.iter().map(|chunk| &*chunk.emission).collect();
+    View {
+        hit_points: joined(&hit_points, |_, hit_point| hit_point),
+        emission: joined(&emission, |_, radiance| radiance),
+        work,
+    }
 }
 
-/// A place in [0, 1) moved on by so many steps, around the ends.
-fn moved(start: f64, steps: u64, step: u64) -> f64 {
-    // Multiples of 2⁻⁵³, so no rounding.
-    let by = (steps.wrapping_mul(step) >> 11) as f64 * (1.0 / (1_u64 << 53) as f64);
-    let place = start + by;
-    if place < 1.0 { place } else { place - 1.0 }
+impl Sampling {
+    /// Number of a pixel's sample among those of a pass.
+    fn number(&self, pixel: usize, within: u32) -> u64 {
+        (pixel as u64 * u64::from(self.spp)).wrapping_add(u64::from(within))
+    }
 }
 
 /// Cells of the stratified jitter: the most nearly square grid of exactly `spp` cells.
@@ -147,20 +144,18 @@ pub(crate) fn first_ray(
     let (columns, rows) = strata(spp);
     let cells = DVec2::new(f64::from(columns), f64::from(rows));
     let samples = u64::from(film.width) * u64::from(film.height) * u64::from(spp);
-    let number = (pixel as u64 * u64::from(spp)).wrapping_add(u64::from(within));
+    let number = sampling.number(pixel, within);
     let mut stream = Stream::new(
         seed,
         Purpose::Camera,
         pass.wrapping_mul(samples).wrapping_add(number),
     );
     let cell = DVec2::new(f64::from(within % columns), f64::from(within / columns));
-    let place = if pass == 0 {
-        stream.uniform2()
-    } else {
-        // The stream's own place is not used: that of the first pass moves on.
-        stream.uniform2();
-        let start = Stream::new(seed, Purpose::Camera, number).uniform2();
-        [0, 1].map(|axis| moved(start[axis], pass, STEPS[axis]))
+    // The stream's own place is not used but in the first pass: that moves on.
+    let own = stream.uniform2();
+    let place = match pass {
+        0 => own,
+        _ => evenly::place(Stream::new(seed, Purpose::Camera, number).uniform2(), pass),
     };
     let jitter = (cell + DVec2::from_array(place)) / cells;
     let ray = scene.camera.ray(corner + jitter, size, stream.uniform2());
@@ -195,6 +190,7 @@ struct Walk {
     /// Number of the sample in the task.
     sample: u32,
     stream: Stream,
+    choice: Choice,
     branch: Branch,
     open: Vec<Branch>,
 }
@@ -245,11 +241,15 @@ impl Viewer<'_> {
     fn start(&mut self, sample: u32) -> Walk {
         let spp = self.sampling.spp;
         let pixel = self.first + (sample / spp) as usize;
-        let (ray, stream) = first_ray(self.scene, self.sampling, pixel, sample % spp);
+        let within = sample % spp;
+        let (ray, stream) = first_ray(self.scene, self.sampling, pixel, within);
+        let Sampling { seed, pass, .. } = *self.sampling;
+        let number = self.sampling.number(pixel, within);
         self.log.work.camera_rays += 1;
         Walk {
             sample,
             stream,
+            choice: Choice::new(seed, number, pass),
             branch: Branch {
                 ray,
                 weight: Rgb::ONE,
@@ -381,7 +381,7 @@ impl Viewer<'_> {
             refracted.weight *= 1.0 - interface.reflectance;
             self.send(reflected, walk);
             self.send(refracted, walk);
-        } else if walk.stream.uniform() < interface.reflectance {
+        } else if walk.choice.first(interface.reflectance, &mut walk.stream) {
             self.send(reflected, walk);
         } else {
             self.send(refracted, walk);
@@ -407,28 +407,7 @@ impl Viewer<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{STEPS, moved, strata};
-
-    /// 64 passes put one place in nearly every cell of 8 × 8, where independent ones would leave 23 empty; and the place stays in
-    /// [0, 1) wherever it starts.
-    #[test]
-    fn places_of_successive_passes_cover_the_pixel_evenly() {
-        for start in [[0.0, 0.0], [0.3, 0.9], [1.0 - f64::EPSILON; 2]] {
-            let mut cells = [false; 64];
-            for pass in 0..64 {
-                let [x, y] = [0, 1].map(|axis| moved(start[axis], pass, STEPS[axis]));
-                assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
-                cells[(8.0 * x) as usize + 8 * (8.0 * y) as usize] = true;
-            }
-            let empty = cells.iter().filter(|&&cell| !cell).count();
-            assert!(empty <= 12, "{empty}");
-        }
-        // 1/g and 1/g² to the last digit, with g³ = g + 1.
-        let g: f64 = 1.324_717_957_244_746;
-        let share = |step: u64| step as f64 / (1_u128 << 64) as f64;
-        assert!((share(STEPS[0]) * g - 1.0).abs() < 1e-15);
-        assert!((share(STEPS[1]) * g * g - 1.0).abs() < 1e-15);
-    }
+    use super::strata;
 
     #[test]
     fn strata_are_as_many_as_the_samples() {

@@ -16,6 +16,7 @@
 
 use crate::numeric::statistics::student_quantile;
 use crate::scene::Rgb;
+use rayon::prelude::*;
 
 /// Weight of a photon at s = d²/r² in the estimate of the disc's bias.
 pub fn bias_weight(s: f64) -> f64 {
@@ -130,9 +131,9 @@ impl Errors {
     /// Adds a pass: the reading and the estimated bias of every pixel.
     pub fn add(&mut self, readings: &[Rgb], biases: &[Rgb]) {
         let grey = |rgb: Rgb| rgb.element_sum() / 3.0;
-        for ((tally, reading), bias) in self.tallies.iter_mut().zip(readings).zip(biases) {
-            tally.add(grey(*reading), grey(*bias));
-        }
+        let passes = readings.par_iter().zip(biases);
+        let tallies = self.tallies.par_iter_mut().zip(passes);
+        tallies.for_each(|(tally, (reading, bias))| tally.add(grey(*reading), grey(*bias)));
     }
 
     /// The pixels, row by row from the top.

@@ -11,8 +11,10 @@
 pub mod arrivals;
 pub mod camera;
 pub mod error;
+mod evenly;
 pub mod gather;
 pub mod kernel;
+mod parts;
 pub mod radius;
 pub mod trace;
 
@@ -36,12 +38,14 @@ use trace::{Energy, Photons};
 
 /// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons.
 const BATCH: u64 = 50_000;
+/// Pixels of one task that adds them up.
+const PIXEL_RUN: usize = 1 << 11;
 /// Most camera samples of a pass; their hit points take about 200 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
 
-/// Bytes of the wide tree for a hit point (centre, radius, number, box, and its share of the boxes above), and of a join for a
+/// Bytes of the wide tree for a hit point (centre, radius, number, place, box, and its share of the boxes above), and of a join for a
 /// photon.
-const TREE_BYTES: usize = 62;
+const TREE_BYTES: usize = 66;
 const JOIN_BYTES: usize = 26;
 
 /// What is made of what a hit point gathered, given the square to divide by and the number of photons.
@@ -400,10 +404,20 @@ impl<'a> PhotonMapper<'a> {
                 });
             per_hit_point.collect::<Vec<Rgb>>()
         };
+        // Hit points stand pixel by pixel, so runs of pixels can be added up apart.
+        let hit_points = &self.view.hit_points;
         let add_up = |mut pixels: Vec<Rgb>, values: Vec<Rgb>| {
-            for (hit_point, value) in self.view.hit_points.iter().zip(values) {
-                pixels[hit_point.pixel as usize] += value;
-            }
+            let runs = pixels.par_chunks_mut(PIXEL_RUN).enumerate();
+            runs.for_each(|(run, pixels)| {
+                let before = |pixel: usize| {
+                    hit_points.partition_point(|hit_point| (hit_point.pixel as usize) < pixel)
+                };
+                let first = run * PIXEL_RUN;
+                let places = before(first)..before(first + pixels.len());
+                for (hit_point, value) in hit_points[places.clone()].iter().zip(&values[places]) {
+                    pixels[hit_point.pixel as usize - first] += *value;
+                }
+            });
             pixels
         };
         let samples = add_up(self.view.emission.clone(), each(gather::radiance, 1.0));
@@ -428,8 +442,8 @@ impl<'a> PhotonMapper<'a> {
         for (index, gathered) in gathered.iter().enumerate() {
             found[self.region(index)] += gathered.photons as f64;
         }
-        for (statistics, photons) in self.statistics.iter_mut().zip(found) {
-            *statistics = statistics.after(photons, self.settings.alpha);
-        }
+        let alpha = self.settings.alpha;
+        let statistics = self.statistics.par_iter_mut().zip(found);
+        statistics.for_each(|(statistics, photons)| *statistics = statistics.after(photons, alpha));
     }
 }

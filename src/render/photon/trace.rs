@@ -5,6 +5,7 @@
 //! its Fresnel share. Photons carry flux, so no index of refraction scales them.
 
 use super::arrivals::{Arrival, Arrivals};
+use super::parts::joined;
 use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
 use crate::index::curve;
@@ -78,13 +79,6 @@ impl Photons {
             .collect();
         self.arrivals.reorder(&order);
     }
-
-    fn append(&mut self, other: &Self) {
-        self.points.extend_from_slice(&other.points);
-        self.arrivals.append(&other.arrivals);
-        self.energy += other.energy;
-        self.work += other.work;
-    }
 }
 
 /// Traces `count` photons from index `first` on. A path with more than `max_depth` scattering events, the one towards the camera
@@ -110,14 +104,17 @@ pub fn trace(scene: &Scene, seed: u64, first: u64, count: u64, max_depth: Option
             tracer.trace(first.wrapping_add(start), CHUNK.min(count - start))
         })
         .collect();
-    let stored = chunks.iter().map(|chunk| chunk.points.len()).sum();
+    let points: Vec<&[DVec3]> = chunks.iter().map(|chunk| &*chunk.points).collect();
+    let arrivals: Vec<&Arrivals> = chunks.iter().map(|chunk| &chunk.arrivals).collect();
     let mut all = Photons {
-        points: Vec::with_capacity(stored),
-        arrivals: tracer.none,
+        points: joined(&points, |_, point| point),
+        arrivals: tracer.none.join(&arrivals),
         ..Photons::default()
     };
-    all.arrivals.reserve(stored);
-    chunks.iter().for_each(|chunk| all.append(chunk));
+    for chunk in &chunks {
+        all.energy += chunk.energy;
+        all.work += chunk.work;
+    }
     all
 }
 
@@ -138,6 +135,8 @@ struct Flight {
     stream: Stream,
     ray: Ray,
     flux: Rgb,
+    /// Share of the flux of an unaimed photon, at most 1: the chance to go on where aiming ends.
+    worth: f64,
     medium: Option<usize>,
     events: u32,
     /// Dielectric interfaces met in a row.
@@ -189,6 +188,9 @@ impl Tracer<'_> {
         let mut stream = Stream::new(self.seed, Purpose::Photon, index);
         let start = self.scene.lights.emit(&mut stream)?;
         out.work.photon_paths += 1;
+        if start.worth == 0.0 {
+            return None;
+        }
         out.energy.emitted += start.flux;
         let medium = if self.absorbing {
             self.scene.medium_at(start.ray.origin, &mut out.work)
@@ -200,6 +202,7 @@ impl Tracer<'_> {
             stream,
             ray: start.ray,
             flux: start.flux,
+            worth: start.worth.min(1.0),
             medium,
             events: 0,
             chain: 0,
@@ -315,14 +318,16 @@ fn cross(
 fn bounce(flight: &mut Flight, hit: &Hit, lobes: &Lobes) -> Option<(Side, DVec3)> {
     let survival = (lobes.diffuse + lobes.mirror).max_element().min(SUREST);
     let (diffuse, mirror) = (lobes.diffuse.max_element(), lobes.mirror.max_element());
-    let chance = survival * diffuse / (diffuse + mirror);
+    let diffuse = survival * diffuse / (diffuse + mirror);
+    let chance = flight.worth * diffuse;
     let choice = flight.stream.uniform();
     // Also false where nothing is reflected and the chance is 0/0.
     let direction = if choice < chance {
         flight.flux *= lobes.diffuse / chance;
+        flight.worth = 1.0;
         cosine_hemisphere(hit.normal_on(lobes.side), flight.stream.uniform2())
-    } else if choice < survival {
-        flight.flux *= lobes.mirror / (survival - chance);
+    } else if choice >= diffuse && choice < survival {
+        flight.flux *= lobes.mirror / (survival - diffuse);
         reflect(flight.ray.direction, hit.normal)
     } else {
         return None;

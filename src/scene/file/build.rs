@@ -5,6 +5,7 @@ use super::error::{SceneError, Source};
 use super::material::Textures;
 use super::table::{Field, Range, Table};
 use super::{material, objects, parameters};
+use crate::scene::aim::Aim;
 use crate::scene::camera::{Camera, CameraDescription};
 use crate::scene::light::{Emitter, Light, Lights};
 use crate::scene::material::Material;
@@ -203,7 +204,7 @@ fn lights(root: &Table, materials: &[Material], objects: &[Object]) -> Result<Li
             });
         }
     }
-    Ok(Lights::new(lights))
+    Ok(Lights::new(lights).aimed(Aim::at(objects, materials)))
 }
 
 /// BLAKE3 over the text, the overrides and the digests of the textures, each with its length in front.

@@ -109,7 +109,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "render_s",
     ],
     timed: false,
-    cpu_seconds: [33.0, 520.0, 8000.0],
+    cpu_seconds: [30.0, 480.0, 7700.0],
     plan,
     execute,
     conclude: conclusion::conclude,

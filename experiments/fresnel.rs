@@ -126,7 +126,7 @@ fn glass(text: &str, ior: f64, absorption: f64) -> anyhow::Result<Scene> {
 }
 
 /// Reflectance and angle of refraction by sines and tangents; `None` beyond the critical angle.
-fn closed_face(eta: f64, incidence: f64) -> Option<(f64, f64)> {
+pub(super) fn closed_face(eta: f64, incidence: f64) -> Option<(f64, f64)> {
     let sine = libm::sin(incidence) / eta;
     if sine > 1.0 {
         return None;

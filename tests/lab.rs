@@ -1,6 +1,6 @@
 //! The laboratory: nothing but the plan and the seed decides a table, and verdicts are what their rules say.
 
-use photolathe::lab::claim::{Claim, Estimate, Subject, Verdict};
+use photolathe::lab::claim::{Claim, Comparison, Doubt, Estimate, Subject, Verdict};
 use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table};
 use photolathe::lab::runner::{Finished, RunOptions, Shard, run_experiment};
 use photolathe::lab::table::is_time_column;
@@ -339,6 +339,76 @@ fn laws_and_nulls_need_their_precision() {
     assert_eq!(null(0.01, 0.01), Verdict::Pass);
     assert_eq!(null(0.09, 0.01), Verdict::Fail);
     assert_eq!(null(0.0, 0.05), Verdict::Inconclusive);
+}
+
+/// Of `n` differences one is `worst` standard errors of .1 from 0, the others 0; `allowed` is taken off each.
+fn family(worst: f64, n: usize, allowed: f64, needed: f64) -> Claim {
+    let at = |value: f64| Comparison {
+        difference: estimate(value, 0.1),
+        allowed,
+    };
+    let mut all = vec![at(0.0); n];
+    all[n / 2] = at(0.1 * worst);
+    Claim::family(subject("blocks", Effort::Smoke), &all, needed)
+}
+
+#[test]
+fn a_family_is_judged_by_its_worst_corrected_for_their_number() {
+    // p = 2·10⁻⁹ at six standard errors.
+    assert_eq!(family(6.0, 1, 0.0, 9.0).verdict, Verdict::Fail);
+    let many = family(-6.0, 100, 0.0, 9.0);
+    assert_eq!((many.verdict, many.doubt), (Verdict::Pass, Doubt::Second));
+    assert_eq!(family(7.0, 100, 0.0, 9.0).verdict, Verdict::Fail);
+    assert_eq!(family(4.9, 100, 0.0, 9.0).doubt, Doubt::First);
+    assert_eq!(family(3.0, 100, 0.0, 9.0).doubt, Doubt::None);
+    // Shown is the worst, with an interval for it alone, and what the level over their number would have seen.
+    assert_eq!((many.predicted, many.n), (0.0, 100));
+    assert!((many.measured + 0.6).abs() < 1e-15);
+    assert!((many.ci_high - many.ci_low - 0.392).abs() < 1e-3);
+    assert!(
+        (many.detectable - 0.1 * (6.57 + 1.28)).abs() < 2e-3,
+        "{}",
+        many.detectable
+    );
+    // Known differences are taken off, and widen what is seen.
+    let known = family(7.0, 100, 0.2, 9.0);
+    assert_eq!((known.verdict, known.doubt), (Verdict::Pass, Doubt::First));
+    assert!((known.detectable - many.detectable - 0.2).abs() < 1e-12);
+    assert_eq!(family(0.0, 100, 0.0, 0.5).verdict, Verdict::Inconclusive);
+    assert_eq!(
+        family(f64::NAN, 100, 0.0, 9.0).verdict,
+        Verdict::Inconclusive
+    );
+    let of = |all: &[Comparison]| Claim::family(subject("few", Effort::Smoke), all, 9.0);
+    assert_eq!(of(&[]).verdict, Verdict::Inconclusive);
+    let exact = |value: f64| Comparison {
+        difference: estimate(value, 0.0),
+        allowed: 0.01,
+    };
+    assert_eq!(of(&[exact(0.01), exact(-0.005)]).verdict, Verdict::Pass);
+    assert_eq!(of(&[exact(0.0), exact(-0.02)]).verdict, Verdict::Fail);
+}
+
+/// 5000 families of 20 normal differences each: the first look rejects one in a thousand (at most 17 of them, 6 sigma).
+#[test]
+fn families_keep_their_rate_of_doubt() {
+    let mut stream = Stream::new(23, Purpose::Test, 0);
+    let mut normal = || {
+        let [a, b] = stream.uniform2();
+        (-2.0 * libm::log1p(-a)).sqrt() * libm::cos(std::f64::consts::TAU * b)
+    };
+    let mut doubtful = 0;
+    for _ in 0..5000 {
+        let all: Vec<Comparison> = (0..20)
+            .map(|_| Comparison {
+                difference: estimate(normal(), 1.0),
+                allowed: 0.0,
+            })
+            .collect();
+        let claim = Claim::family(subject("normal", Effort::Smoke), &all, 99.0);
+        doubtful += usize::from(claim.doubt != Doubt::None);
+    }
+    assert!((1..=17).contains(&doubtful), "{doubtful}");
 }
 
 #[test]

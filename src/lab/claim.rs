@@ -3,14 +3,16 @@
 //! A claim about an estimate gets two looks: where the first rejects at [`FIRST_LOOK`], the lab runs the experiment again with fresh
 //! random numbers and that decides, at [`SECOND_LOOK`]. A single look rejects at [`CLAIM_LEVEL`].
 //!
-//! Three kinds. *Exact*: a count of failures that must be 0. *Null*: a value without bias, tested at [`CLAIM_LEVEL`] and, with
-//! a margin, proved equivalent by two one-sided tests (Schuirmann 1987) at [`PROOF_LEVEL`]. *Law*: a slope or constant of a fit,
+//! The kinds. *Exact*: a count of failures that must be 0. *Null*: a value without bias, tested at [`CLAIM_LEVEL`] and, with
+//! a margin, proved equivalent by two one-sided tests (Schuirmann 1987) at [`PROOF_LEVEL`]. *Family*: many such values at once,
+//! corrected for their number (Holm 1979). *Law*: a slope or constant of a fit,
 //! with the precision that it must be known to. A claim names the least effort that decides it: below, its verdict is "not
 //! run"; from there on an inconclusive one fails the run, so that a growing variance cannot hide.
 
 use super::experiment::Effort;
 use crate::numeric::statistics::{
-    Moments, binomial_interval, student_quantile, zero_failures_bound,
+    Moments, binomial_interval, holm_smallest, student_quantile, two_sided_student,
+    zero_failures_bound,
 };
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +31,8 @@ pub const PROOF_LEVEL: f64 = 0.01;
 pub const SHOWN_CONFIDENCE: f64 = 0.95;
 /// Power that the smallest detectable effect refers to.
 const POWER: f64 = 0.9;
+/// Degrees of freedom that stand for infinitely many: Student's law is then the normal law to seven digits.
+const MANY: f64 = 1e6;
 
 /// The verdict of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -153,8 +157,7 @@ impl Estimate {
         if self.standard_error == 0.0 {
             return 0.0;
         }
-        // Student's law with a million degrees is the normal law to seven digits.
-        student_quantile(1.0 - 0.5 * tails, self.freedom.min(1e6)) * self.standard_error
+        student_quantile(1.0 - 0.5 * tails, self.freedom.min(MANY)) * self.standard_error
     }
 
     /// Doubt about a value that is this far from where it may be.
@@ -168,10 +171,35 @@ impl Estimate {
         }
     }
 
+    /// Two-sided p of a value that is this far (≥ 0) from where it may be.
+    fn p(&self, excess: f64) -> f64 {
+        if excess <= 0.0 {
+            1.0
+        } else if self.standard_error == 0.0 {
+            0.0
+        } else {
+            two_sided_student(excess / self.standard_error, self.freedom.min(MANY))
+        }
+    }
+
+    /// How far from 0 two one-sided tests at [`PROOF_LEVEL`] let the value be at most.
+    pub fn proven_bound(&self) -> f64 {
+        self.value.abs() + self.half_width(2.0 * PROOF_LEVEL)
+    }
+
     /// Deviation that a two-sided test at `level` sees with the power that claims state.
     fn detectable(&self, level: f64) -> f64 {
         self.half_width(level) + self.half_width(2.0 * (1.0 - POWER))
     }
+}
+
+/// One of many differences that should be 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// The difference.
+    pub difference: Estimate,
+    /// What is known to be different, ≥ 0, in the same unit.
+    pub allowed: f64,
 }
 
 impl Claim {
@@ -232,6 +260,45 @@ impl Claim {
         subject
             .estimated(&estimate, predicted, margin, verdict)
             .doubted(estimate.doubt(deviation - margin))
+    }
+
+    /// Family: none of many differences is larger than what is allowed to it. Fails if Holm's smallest corrected p (1979) is at most
+    /// [`CLAIM_LEVEL`]; inconclusive if some comparison could not have seen a deviation of `needed`. Shows the difference with the
+    /// smallest p, with an interval for it alone; `n` counts the comparisons, and `detectable` is that of the coarsest of them.
+    pub fn family(subject: Subject, comparisons: &[Comparison], needed: f64) -> Self {
+        let p = |one: &Comparison| one.difference.p(one.difference.value.abs() - one.allowed);
+        let p_values: Vec<f64> = comparisons.iter().map(p).collect();
+        let smallest = holm_smallest(&p_values);
+        let level = CLAIM_LEVEL / comparisons.len().max(1) as f64;
+        let detectable = comparisons
+            .iter()
+            .map(|one| one.allowed + one.difference.detectable(level))
+            .fold(0.0, f64::max);
+        let suspect = p_values.iter().zip(comparisons).min_by(|(a, x), (b, y)| {
+            let size = |one: &Comparison| one.difference.value.abs();
+            a.total_cmp(b).then(size(y).total_cmp(&size(x)))
+        });
+        let shown = suspect.map_or(Estimate::known(f64::NAN, f64::NAN, 0), |(_, one)| {
+            Estimate {
+                n: comparisons.len() as u64,
+                ..one.difference
+            }
+        });
+        let verdict = if smallest <= CLAIM_LEVEL {
+            Verdict::Fail
+        } else if comparisons.is_empty() || smallest.is_nan() || detectable > needed {
+            Verdict::Inconclusive
+        } else {
+            Verdict::Pass
+        };
+        let doubt = match smallest {
+            p if p <= SECOND_LOOK => Doubt::Second,
+            p if p <= FIRST_LOOK => Doubt::First,
+            _ => Doubt::None,
+        };
+        subject
+            .estimated(&shown, 0.0, detectable, verdict)
+            .doubted(doubt)
     }
 
     /// Range: a value with an interval (say, of a rate) lies in `low..=high`. Passes if the interval is inside, fails if it is

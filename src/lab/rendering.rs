@@ -7,7 +7,7 @@ use crate::render::driver::render_unwatched;
 use crate::render::film::Film;
 use crate::render::settings::Settings;
 use crate::scene::Scene;
-use crate::scene::file::load;
+use crate::scene::file::{load, parse};
 use anyhow::{Context as _, ensure};
 use std::path::Path;
 
@@ -22,11 +22,17 @@ pub fn scene(name: &str, sets: &[Set]) -> anyhow::Result<Scene> {
         "{} is not here: start in the directory of the project, where scenes/ is",
         path.display()
     );
-    let overrides: Vec<_> = sets
-        .iter()
-        .map(|(key, value)| ((*key).to_owned(), value.to_string()))
-        .collect();
-    Ok(load(&path, &overrides)?)
+    Ok(load(&path, &overrides(sets))?)
+}
+
+/// The scene of this text, which needs no file, with these values; errors name it so.
+pub fn scene_of(text: &str, name: &str, sets: &[Set]) -> anyhow::Result<Scene> {
+    Ok(parse(text, name, Path::new(""), &overrides(sets))?)
+}
+
+fn overrides(sets: &[Set]) -> Vec<(String, String)> {
+    let pair = |(key, value): &Set| ((*key).to_owned(), value.to_string());
+    sets.iter().map(pair).collect()
 }
 
 /// What a render gave.
@@ -54,13 +60,17 @@ impl Rendered {
 
 /// Renders [`scene`] on one thread with this seed.
 pub fn render(name: &str, sets: &[Set], seed: u64) -> anyhow::Result<Rendered> {
-    let scene = scene(name, sets)?;
+    render_scene(&scene(name, sets)?, seed)
+}
+
+/// Renders a scene on one thread with this seed.
+pub fn render_scene(scene: &Scene, seed: u64) -> anyhow::Result<Rendered> {
     let settings = Settings {
         seed,
         threads: Some(1),
         ..Settings::resolve(&scene.render)
     };
-    let outcome = render_unwatched(&scene, &settings)?;
+    let outcome = render_unwatched(scene, &settings)?;
     Ok(Rendered {
         film: outcome.film,
         work: outcome.work,

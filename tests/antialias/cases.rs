@@ -1,6 +1,6 @@
 //! The hard cases A1 to A9, and what each hash takes in.
 
-use super::{objects_behind_centres, scene, settings};
+use super::{SCENE, objects_behind_centres, scene, settings};
 use glam::DVec2;
 use photolathe::numeric::work::Work;
 use photolathe::render::antialias::fingerprint::{Event, Fingerprint, Met, PathHash};
@@ -188,6 +188,65 @@ fn an_edge_in_a_mirror_is_found_up_to_the_greatest_depth() {
     };
     assert_eq!(mirrored(0), 0, "without reflections the ball is one thing");
     assert!(mirrored(1) > 5, "{}", mirrored(1));
+}
+
+/// A5: what chance decides (a place on a lamp, on the lens) does not reach the hash: every seed marks the same pixels.
+#[test]
+fn the_mask_does_not_depend_on_chance() {
+    let lamp = "[material.lamp]\nemission = { radiance = [9, 9, 9] }\n[[disc]]\ncenter = [1, 4, 3]\nnormal = [0, -1, 0]\n\
+                radius = 1.5\nmaterial = \"lamp\"\n";
+    let text = SCENE.to_owned() + lamp;
+    let open = [("camera.lens_radius".to_owned(), "0.2".to_owned())];
+    let scene = file::parse(&text, "scene", Path::new("."), &open).expect("a scene");
+    for hash in [Hash::Original, Hash::Objects, Hash::Shadow, Hash::Texture] {
+        let mask = |seed: u64| {
+            let settings = Settings {
+                hash,
+                seed,
+                ..settings(Antialias::PathHash)
+            };
+            let mut whitted = Whitted::new(&scene, &settings);
+            whitted.pass(0, &mut Film::new(scene.film));
+            whitted.resampled().expect("a mask").to_vec()
+        };
+        let first = mask(0);
+        assert!(first.iter().any(|&m| m) && !first.iter().all(|&m| m));
+        assert!((1..6).all(|seed| mask(seed) == first), "{hash:?}");
+    }
+}
+
+/// A8: a cup's rim before its own wall is one object with itself; pieces and sides tell the sheets apart, so every place where the
+/// sheet behind the centre changes is marked. (Two sheets of one piece that show the same side are one to the hash.)
+#[test]
+fn sheets_of_one_object_are_told_apart_by_piece_and_side() {
+    let text = include_str!("../../scenes/hard/cup.toml");
+    let sets = [
+        ("film.width", "96"),
+        ("film.height", "72"),
+        ("camera.eye", "[0, 5, 9]"),
+    ]
+    .map(|(key, value)| (key.to_owned(), value.to_owned()));
+    let scene = file::parse(text, "cup", Path::new("scenes/hard"), &sets).expect("a scene");
+    let mask = marked(&scene, Hash::Objects);
+    let extent = DVec2::new(96.0, 72.0);
+    let sheet = |pixel: usize| {
+        let centre = DVec2::new((pixel % 96) as f64 + 0.5, (pixel / 96) as f64 + 0.5);
+        let ray = scene.camera.ray(centre, extent, [0.5, 0.5]);
+        let hit = scene.intersect(&ray, &mut Work::default())?;
+        Some((hit.piece, hit.side_met(ray.direction), hit.t))
+    };
+    let sheets: Vec<_> = (0..mask.len()).map(sheet).collect();
+    let mut jumps = 0;
+    for upper in 0..mask.len() - 96 {
+        let pair = sheets[upper].zip(sheets[upper + 96]);
+        let jump = pair.filter(|((a, side_a, _), (b, side_b, _))| (a, side_a) != (b, side_b));
+        if let Some(((.., t), (.., u))) = jump {
+            // Not a joint of smooth pieces but one sheet before another.
+            jumps += usize::from((t - u).abs() > 0.5);
+            assert!(mask[upper] && mask[upper + 96], "below pixel {upper}");
+        }
+    }
+    assert!(jumps > 20, "{jumps}");
 }
 
 /// A6: where a solver takes a wrong root, its path differs from its neighbours': the mask is a detector of holes.

@@ -1,5 +1,7 @@
 //! Textures and patterns: decoding, bilinear lookup, seams, and the cells of a checker.
 
+mod shapes;
+
 use glam::{DVec2, DVec3};
 use image::{DynamicImage, ImageFormat};
 use photolathe::scene::material::Pattern;
@@ -180,6 +182,65 @@ fn sixteen_bits_keep_their_digits_and_rows_their_order() {
     assert!(texture.texels[0] != texture.texels[1]);
 }
 
+/// Written by hand, as pictures of fewer than 8 bits and palettes have no type in `image`.
+fn plain_png(
+    kind: png::ColorType,
+    depth: png::BitDepth,
+    data: &[u8],
+    transparency: Option<Vec<u8>>,
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+    encoder.set_color(kind);
+    encoder.set_depth(depth);
+    if kind == png::ColorType::Indexed {
+        encoder.set_palette(vec![0, 0, 0, 255, 128, 0]);
+    }
+    if let Some(transparency) = transparency {
+        encoder.set_trns(transparency);
+    }
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(data).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+#[test]
+fn few_bits_and_palettes_are_read_and_their_transparency_is_refused() {
+    use png::{BitDepth, ColorType};
+    let orange = [1.0, srgb_to_linear(128.0 / 255.0) as f32, 0.0];
+    for (depth, data) in [
+        (BitDepth::One, 0b0100_0000),
+        (BitDepth::Two, 0b0001_0000),
+        (BitDepth::Four, 0b0000_0001),
+    ] {
+        let palette = plain_png(ColorType::Indexed, depth, &[data], None);
+        let texture = Texture::from_png(&palette).unwrap();
+        assert_eq!(texture.texels, [[0.0; 3], orange]);
+        let holed = plain_png(ColorType::Indexed, depth, &[data], Some(vec![255, 7]));
+        assert_eq!(
+            Texture::from_png(&holed).unwrap_err(),
+            TextureError::Transparent
+        );
+        // Grey takes the whole range: the greatest value is white.
+        let white = data | data << 1 | data << 2 | data << 3;
+        let white = match depth {
+            BitDepth::One => 0b0100_0000,
+            BitDepth::Two => 0b0011_0000,
+            _ => white,
+        };
+        let grey = plain_png(ColorType::Grayscale, depth, &[white], None);
+        let texture = Texture::from_png(&grey).unwrap();
+        assert_eq!(texture.texels, [[0.0; 3], [1.0; 3]]);
+    }
+    let wide = [0, 0, 255, 255, 255, 255, 255, 254];
+    let nearly = plain_png(ColorType::GrayscaleAlpha, BitDepth::Sixteen, &wide, None);
+    assert_eq!(
+        Texture::from_png(&nearly).unwrap_err(),
+        TextureError::Transparent
+    );
+}
+
 #[test]
 fn transparency_is_refused() {
     let one_hole = |x, y| image::Rgba([9, 9, 9, if (x, y) == (1, 1) { 254 } else { 255 }]);
@@ -230,6 +291,7 @@ fn huge_claims_are_refused_before_anything_is_allocated() {
     for (width, height) in [
         (8193, 1),
         (1, 8193),
+        (100_000, 100_000),
         (u32::MAX, u32::MAX),
         (0, 5),
         (5, 0),

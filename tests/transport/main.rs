@@ -3,6 +3,8 @@
 //! Where chance plays, the mean over all pixels and samples must lie within 6 standard errors of the closed form (false alarm
 //! 2e-9 a test) and the standard error must be small enough to see the stated relative effect.
 
+mod glass;
+
 use photolathe::render::driver::{Outcome, render_unwatched};
 use photolathe::render::film::Film;
 use photolathe::render::settings::Settings;

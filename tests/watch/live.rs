@@ -233,7 +233,12 @@ fn clients_that_stall_change_neither_the_course_nor_the_bytes() {
             "{kind}"
         );
     }
-    drop(clients);
+    // Those beyond the sixteen that are served together were told so.
+    let turned_away = clients.iter_mut().filter(|client| {
+        let mut bytes = [0; 12];
+        client.read_exact(&mut bytes).is_ok() && bytes == *b"HTTP/1.1 503"
+    });
+    assert!(turned_away.count() > 0);
 }
 
 /// `whitted` makes its picture in one pass: those who look see that it is under way, and at the end the picture.

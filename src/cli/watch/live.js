@@ -78,13 +78,13 @@ function plot(history) {
 async function picture(state) {
   if (state.picture === shown) return;
   const next = new Image();
+  next.alt = "The picture so far";
   next.src = `/picture.png?pass=${state.picture}`;
   await next.decode();
-  const image = byId("picture");
-  image.src = next.src;
-  image.hidden = false;
   // A small film is enlarged as squares, a large one is not.
-  image.style.imageRendering = next.naturalWidth < 300 ? "pixelated" : "auto";
+  next.style.imageRendering = next.naturalWidth < 300 ? "pixelated" : "auto";
+  byId("frame").querySelector("img")?.remove();
+  byId("frame").append(next);
   byId("empty").hidden = true;
   shown = state.picture;
 }

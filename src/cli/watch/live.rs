@@ -7,6 +7,7 @@ use super::http::{self, Answer};
 use crate::image::picture::Picture;
 use crate::image::png;
 use crate::lab::page;
+use crate::numeric::clock::ThreadClock;
 use crate::render::driver::Progress;
 use crate::scene::options::Integrator;
 use anyhow::Context;
@@ -117,7 +118,7 @@ struct Shared {
     clients: AtomicUsize,
     /// When a page last asked.
     asked: Mutex<Option<Instant>>,
-    /// What the last PNG took.
+    /// CPU time that the last PNG took.
     encoding_ns: AtomicU64,
 }
 
@@ -172,7 +173,7 @@ impl Server {
         *lock(&self.0.shown) = shown;
     }
 
-    /// What the last PNG took to encode.
+    /// CPU time that the last PNG took to encode.
     pub(super) fn encoding(&self) -> Duration {
         Duration::from_nanos(self.0.encoding_ns.load(Ordering::Relaxed))
     }
@@ -285,10 +286,10 @@ impl Frame {
     /// The bytes that the PNG file of this picture would have.
     fn png(&self, shared: &Shared) -> &Result<Vec<u8>, String> {
         self.png.get_or_init(|| {
-            let start = Instant::now();
+            let clock = ThreadClock::start();
             let bytes = png::encode(&self.picture, shared.exposure);
-            let took = start.elapsed().as_nanos() as u64;
-            shared.encoding_ns.store(took, Ordering::Relaxed);
+            let took = 1e9 * clock.seconds();
+            shared.encoding_ns.store(took as u64, Ordering::Relaxed);
             bytes
         })
     }

@@ -20,6 +20,10 @@ pub const PIXELS_PER_RADIUS: f64 = 1.5;
 const LEAST_IN_ERRORS: f64 = 64.0;
 /// Branches of less weight than this go on by roulette.
 const LEAST_WEIGHT: f64 = 0.01;
+/// Of new samples each pass, branches at dielectrics with less than this share of their path go on by roulette, and do not branch
+/// again. A lamp in a faint reflection then comes more often at a quarter of its brightness, not seldom at all of it, and glass
+/// seldom makes more than two hit points of a sample.
+const LEAST_SHARE: f64 = 0.25;
 /// Specular events before roulette begins whatever the weight, and the chance to pass each further one.
 const LONG_CHAIN: u32 = 32;
 const CHAIN_SURVIVAL: f64 = 0.75;
@@ -74,8 +78,8 @@ pub struct Sampling {
     pub radius: Option<f64>,
     /// Most scattering events.
     pub max_depth: Option<u32>,
-    /// Whether both branches of a dielectric are followed. Samples that stay for all passes must, or their choices would stay
-    /// as noise; new samples choose one.
+    /// Whether both branches of a dielectric are always followed. Samples that stay for all passes must, or their choices would
+    /// stay as noise; new samples follow faint branches by chance.
     pub split: bool,
 }
 
@@ -200,6 +204,8 @@ struct Walk {
 struct Branch {
     ray: Ray,
     weight: Rgb,
+    /// What dielectrics left of it: the product of its shares there.
+    share: f64,
     medium: Option<usize>,
     /// Length so far.
     length: f64,
@@ -253,6 +259,7 @@ impl Viewer<'_> {
             branch: Branch {
                 ray,
                 weight: Rgb::ONE,
+                share: 1.0,
                 medium: self.medium,
                 length: 0.0,
                 events: 0,
@@ -362,7 +369,7 @@ impl Viewer<'_> {
         interface: &Interface,
         walk: &mut Walk,
     ) {
-        let mut reflected = Branch {
+        let reflected = Branch {
             ray: self.leave(hit, side, reflect(here.ray.direction, hit.normal)),
             ..here
         };
@@ -370,21 +377,31 @@ impl Viewer<'_> {
             self.send(reflected, walk);
             return;
         };
-        let mut refracted = Branch {
+        let refracted = Branch {
             ray: self.leave(hit, side.other(), direction),
             weight: here.weight * interface.radiance_scale,
             medium: interface.beyond,
             ..here
         };
-        if self.sampling.split {
-            reflected.weight *= interface.reflectance;
-            refracted.weight *= 1.0 - interface.reflectance;
-            self.send(reflected, walk);
-            self.send(refracted, walk);
-        } else if walk.choice.first(interface.reflectance, &mut walk.stream) {
-            self.send(reflected, walk);
-        } else {
-            self.send(refracted, walk);
+        let reflectance = interface.reflectance;
+        let larger = here.share * reflectance.max(1.0 - reflectance);
+        if !self.sampling.split && larger < LEAST_SHARE {
+            let reflects = walk.choice.first(reflectance, &mut walk.stream);
+            self.send(if reflects { reflected } else { refracted }, walk);
+            return;
+        }
+        for (mut way, share) in [(reflected, reflectance), (refracted, 1.0 - reflectance)] {
+            way.share *= share;
+            way.weight *= share;
+            if !self.sampling.split && way.share < LEAST_SHARE {
+                let survival = way.share / LEAST_SHARE;
+                if !walk.choice.first(survival, &mut walk.stream) {
+                    continue;
+                }
+                way.weight /= survival;
+                way.share = LEAST_SHARE;
+            }
+            self.send(way, walk);
         }
     }
 

@@ -23,7 +23,7 @@ fn moved(start: f64, steps: u64, step: u64) -> f64 {
     if place < 1.0 { place } else { place - 1.0 }
 }
 
-/// A number that chooses the way of a camera path at all its dielectrics.
+/// A number that chooses the ways of a camera path at its dielectrics.
 ///
 /// A choice takes the part of the unit interval in which the number lies, and stretches it to the whole again. So every way through
 /// the glass is an interval of the first number, and comes as often as it should, not as chance has it.

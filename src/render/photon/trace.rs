@@ -2,7 +2,8 @@
 //!
 //! Photons are stored at every diffuse surface they reach, the first included (Jensen 1996), and go on by Russian roulette that
 //! keeps the mean (Arvo and Kirk 1990). Mirrors and dielectrics pass them on; at a dielectric one of the two ways is chosen with
-//! its Fresnel share. Photons carry flux, so no index of refraction scales them.
+//! its Fresnel share. Photons carry flux, so no index of refraction scales them. Aimed photons ([`aim`](crate::scene::aim)) carry little: at
+//! their first diffuse surface so few of them go on that those carry as much as others.
 
 use super::arrivals::{Arrival, Arrivals};
 use super::parts::joined;

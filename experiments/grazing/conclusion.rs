@@ -411,7 +411,7 @@ mod tests {
         };
         assert_eq!(failed(&table(0, -1.0, 0, 0)), [0_usize; 0]);
         assert_eq!(failed(&table(1, -1.0, 0, 0)), [0]);
-        assert_eq!(failed(&table(0, -0.7, 0, 0)), [3, 4]);
+        assert_eq!(failed(&table(0, -0.6, 0, 0)), [3, 4]);
         assert_eq!(failed(&table(0, -1.0, 1, 0)), [7]);
         assert_eq!(failed(&table(0, -1.0, 0, 100)), [8]);
     }

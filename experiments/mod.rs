@@ -15,6 +15,7 @@ pub mod fresnel;
 pub mod grazing;
 pub mod index;
 pub mod integrators;
+pub mod lens;
 pub mod newton_seeds;
 pub mod photons;
 pub mod radius;
@@ -38,6 +39,7 @@ pub const ALL: &[Experiment] = &[
     dose::EXPERIMENT,
     photons::EXPERIMENT,
     antialias::EXPERIMENT,
+    lens::EXPERIMENT,
     scaling::EXPERIMENT,
     time_to_error::EXPERIMENT,
     fresnel::EXPERIMENT,

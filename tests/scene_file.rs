@@ -8,7 +8,9 @@ use photolathe::scene::Scene;
 use photolathe::scene::file::{MAX_FILE_BYTES, Override, load, parse};
 use photolathe::scene::light::Light;
 use photolathe::scene::material::{Emission, Pattern, Side};
-use photolathe::scene::options::{Antialias, IndexName, Integrator, Kernel, Rule, SolverName};
+use photolathe::scene::options::{
+    Antialias, IndexName, Integrator, Kernel, Rule, Sampler, SolverName,
+};
 use proptest::prelude::*;
 use std::path::Path;
 
@@ -112,6 +114,7 @@ fn every_key_of_a_good_file_arrives() {
         )
     );
     assert_eq!(render.kernel, Some(Kernel::FourthOrder));
+    assert_eq!(render.sampler, Some(Sampler::Sobol));
     assert_eq!(render.solver, Some(SolverName::Newton));
     assert_eq!(
         (render.threads, render.seed, render.max_depth),
@@ -322,7 +325,7 @@ fn an_override_that_breaks_is_named() {
         &[("material.wood.diffuse.reflectance", "[1, 1, 1]")],
     )
     .unwrap_err();
-    assert!(found.starts_with("x.toml:46:11: diffuse = {"), "{found}");
+    assert!(found.starts_with("x.toml:47:11: diffuse = {"), "{found}");
     assert!(
         found.ends_with("expected exactly one of reflectance, texture, checker (after --set material.wood.diffuse.reflectance=[1, 1, 1])"),
         "{found}"

@@ -66,6 +66,7 @@ pub(super) fn ignored(args: &RenderArgs, settings: &Settings) -> Vec<String> {
     let photon = integrator.by_photons();
     let whitted = integrator == Integrator::Whitted;
     let flags = [
+        ("--sampler", args.sampler.is_some(), !photon),
         ("--passes", args.passes.is_some(), photon),
         ("--photons", args.photons.is_some(), photon),
         ("--alpha", args.alpha.is_some(), photon),

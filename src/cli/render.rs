@@ -14,7 +14,8 @@ use crate::render::driver::Outcome;
 use crate::render::photon::error::{Errors, Summary};
 use crate::render::settings::Settings;
 use crate::scene::options::{
-    Antialias, Aov, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, SolverName,
+    Antialias, Aov, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, Sampler,
+    SolverName,
 };
 use crate::scene::{self, Scene};
 use anyhow::{Context, bail};
@@ -50,6 +51,10 @@ pub struct RenderArgs {
     /// Samples per pixel: all for path and whitted, hit-point samples for ppm, samples a pass for sppm and pppm.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub spp: Option<u32>,
+    /// How the random numbers of path's and whitted's samples are spread over pixel, lens, lights and directions (whitted: lens and lights;
+    /// its places in the pixel are the pattern's). The variance in the picture takes samples as independent: a bound, if they are not.
+    #[arg(long, value_enum)]
+    pub sampler: Option<Sampler>,
     /// Photon passes.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     pub passes: Option<u64>,
@@ -167,6 +172,7 @@ impl RenderArgs {
         RenderTable {
             integrator: self.integrator,
             spp: self.spp,
+            sampler: self.sampler,
             passes: self.passes,
             time: self.time,
             photons: self.photons,

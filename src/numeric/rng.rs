@@ -24,6 +24,8 @@ pub enum Purpose {
     Test = 5,
     /// Ways of camera paths through dielectrics, where they step from pass to pass.
     Choice = 6,
+    /// What the samples of a pixel share: orders of cells and scramblings.
+    Pattern = 7,
 }
 
 /// The Philox4x32-10 bijection of `counter` under `key`.

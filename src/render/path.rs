@@ -10,9 +10,9 @@ use super::scatter::{Interface, Lobes, reflect};
 use super::settings::Settings;
 use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
-use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
 use crate::scene::light::{Emitter, Light};
+use crate::scene::sampler::{Draws, Source};
 use crate::scene::sampling::{cosine_density, cosine_hemisphere};
 use crate::scene::{FilmSize, Rgb, Scene};
 use glam::{DVec2, DVec3};
@@ -29,6 +29,7 @@ const LEAST_DEATH: f64 = 0.01;
 pub struct PathTracer<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
+    source: Source,
     medium_of_eye: Option<usize>,
     offset: Option<f64>,
 }
@@ -40,6 +41,7 @@ impl<'a> PathTracer<'a> {
         Self {
             scene,
             settings,
+            source: Source::new(settings.sampler, settings.seed, settings.spp),
             medium_of_eye,
             offset: None,
         }
@@ -85,22 +87,21 @@ impl<'a> PathTracer<'a> {
         work: &mut Work,
         witness: &mut impl FnMut(&Step),
     ) -> Rgb {
-        let (ray, mut stream) = self.first_ray(size, [x, y], pass);
-        self.radiance(ray, &mut stream, work, witness)
+        let (ray, mut draws) = self.first_ray(size, [x, y], pass);
+        self.radiance(ray, &mut draws, work, witness)
     }
 
     /// The camera ray of that sample, and the random numbers that its path goes on with.
-    fn first_ray(&self, size: FilmSize, [x, y]: [u32; 2], pass: u64) -> (Ray, Stream) {
+    fn first_ray(&self, size: FilmSize, [x, y]: [u32; 2], pass: u64) -> (Ray, Draws) {
         let [width, height] = [size.width, size.height].map(u64::from);
-        let index = pass * width * height + u64::from(y) * width + u64::from(x);
-        let mut stream = Stream::new(self.settings.seed, Purpose::Camera, index);
-        let place = DVec2::new(
-            f64::from(x) + stream.uniform(),
-            f64::from(y) + stream.uniform(),
-        );
+        let pixel = u64::from(y) * width + u64::from(x);
+        let mut draws = self
+            .source
+            .draws(pass, |sample| sample * width * height + pixel);
+        let place = DVec2::new(f64::from(x), f64::from(y)) + DVec2::from_array(draws.uniform2());
         let extent = DVec2::new(f64::from(size.width), f64::from(size.height));
-        let ray = self.scene.camera.ray(place, extent, stream.uniform2());
-        (ray, stream)
+        let ray = self.scene.camera.ray(place, extent, draws.uniform2());
+        (ray, draws)
     }
 
     /// Tells the features of a pass.
@@ -117,7 +118,7 @@ impl<'a> PathTracer<'a> {
     fn radiance(
         &self,
         ray: Ray,
-        stream: &mut Stream,
+        draws: &mut Draws,
         work: &mut Work,
         witness: &mut impl FnMut(&Step),
     ) -> Rgb {
@@ -138,7 +139,7 @@ impl<'a> PathTracer<'a> {
             let hit = walk.arrive(work);
             let event = match &hit {
                 Some(hit) if self.settings.max_depth.is_none_or(|limit| events < limit) => {
-                    walk.scatter(hit, stream, work)
+                    walk.scatter(hit, draws, work)
                 }
                 _ => Event::End,
             };
@@ -152,7 +153,7 @@ impl<'a> PathTracer<'a> {
                 break;
             }
             events += 1;
-            if events >= EVENTS_BEFORE_ROULETTE && !walk.survives(stream) {
+            if events >= EVENTS_BEFORE_ROULETTE && !walk.survives(draws) {
                 break;
             }
             work.scattered_rays += 1;
@@ -253,11 +254,11 @@ impl Walk<'_> {
     }
 
     /// Adds light received directly and chooses the next direction.
-    fn scatter(&mut self, hit: &Hit, stream: &mut Stream, work: &mut Work) -> Event {
+    fn scatter(&mut self, hit: &Hit, draws: &mut Draws, work: &mut Work) -> Event {
         let direction = self.ray.direction;
         let lobes = Lobes::at(self.scene, hit, direction);
         if let Some(interface) = lobes.interface {
-            return self.cross(hit, lobes.side, &interface, stream, work);
+            return self.cross(hit, lobes.side, &interface, draws, work);
         }
         let diffuse = lobes.diffuse.max_element();
         let mirror = lobes.mirror.max_element();
@@ -266,11 +267,11 @@ impl Walk<'_> {
         }
         let share = diffuse / (diffuse + mirror);
         if diffuse > 0.0 {
-            self.radiance += self.throughput * self.direct(hit, &lobes, share, stream, work);
+            self.radiance += self.throughput * self.direct(hit, &lobes, share, draws, work);
         }
         let normal = hit.normal_on(lobes.side);
-        if share == 1.0 || stream.uniform() < share {
-            let next = cosine_hemisphere(normal, stream.uniform2());
+        if share == 1.0 || draws.uniform() < share {
+            let next = cosine_hemisphere(normal, draws.uniform2());
             let density = share * cosine_density(next.dot(normal));
             self.throughput *= lobes.diffuse / share;
             self.ray = self.leave(hit, lobes.side, next, work);
@@ -294,10 +295,10 @@ impl Walk<'_> {
         hit: &Hit,
         side: Side,
         interface: &Interface,
-        stream: &mut Stream,
+        draws: &mut Draws,
         work: &mut Work,
     ) -> Event {
-        let reflected = stream.uniform() < interface.reflectance;
+        let reflected = draws.uniform() < interface.reflectance;
         let (next, side, event) = match interface.refracted {
             Some(refracted) if !reflected => {
                 self.throughput *= interface.radiance_scale;
@@ -322,11 +323,11 @@ impl Walk<'_> {
         hit: &Hit,
         lobes: &Lobes,
         share: f64,
-        stream: &mut Stream,
+        draws: &mut Draws,
         work: &mut Work,
     ) -> Rgb {
         // Draw before any test, so that later numbers of the path do not depend on its outcome.
-        let (choice, place) = (stream.uniform(), stream.uniform2());
+        let (choice, place) = (draws.uniform(), draws.uniform2());
         let normal = hit.normal_on(lobes.side);
         let from = self.leave(hit, lobes.side, normal, work).origin;
         let lights = &self.scene.lights;
@@ -350,10 +351,10 @@ impl Walk<'_> {
     }
 
     /// Russian roulette on the path's weight; survivors carry more, so the mean is kept.
-    fn survives(&mut self, stream: &mut Stream) -> bool {
+    fn survives(&mut self, draws: &mut Draws) -> bool {
         let weight = self.throughput.max_element() / self.index_squared;
         let survival = weight.min(1.0 - LEAST_DEATH);
-        if stream.uniform() >= survival {
+        if draws.uniform() >= survival {
             return false;
         }
         self.throughput /= survival;

@@ -1,7 +1,7 @@
 //! Resolved settings of a render.
 
 use crate::scene::options::{
-    Antialias, Aov, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule,
+    Antialias, Aov, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, Sampler,
 };
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +12,8 @@ pub struct Settings {
     pub integrator: Integrator,
     /// Samples per pixel: all of them for `path` and `whitted`, fixed hit-point samples for `ppm`.
     pub spp: u32,
+    /// How the random numbers of camera samples are spread, by `path` and `whitted`.
+    pub sampler: Sampler,
     /// Photon passes.
     pub passes: u64,
     /// Photons per pass.
@@ -87,6 +89,7 @@ impl Settings {
         Self {
             integrator,
             spp: table.spp.unwrap_or(spp),
+            sampler: table.sampler.unwrap_or_default(),
             passes: table.passes.unwrap_or(if timed { u64::MAX } else { 64 }),
             photons: table.photons.unwrap_or(100_000),
             alpha: table.alpha.unwrap_or(2.0 / 3.0),

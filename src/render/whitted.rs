@@ -13,9 +13,10 @@ use super::features::Features;
 use super::film::{Film, Pixel};
 use super::settings::Settings;
 use crate::geometry::ray::Ray;
-use crate::numeric::rng::{Purpose, Stream, mix};
+use crate::numeric::rng::mix;
 use crate::numeric::work::Work;
 use crate::scene::options::{Antialias, Resampling};
+use crate::scene::sampler::{Draws, Source};
 use crate::scene::{Rgb, Scene};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -27,6 +28,7 @@ const LENS_CENTER: [f64; 2] = [0.5, 0.5];
 pub struct Whitted<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
+    source: Source,
     medium_of_eye: Option<usize>,
     /// Pixels that are resampled; found by the first pass.
     resampled: Option<Vec<bool>>,
@@ -54,6 +56,7 @@ impl<'a> Whitted<'a> {
         Self {
             scene,
             settings,
+            source: Source::new(settings.sampler, settings.seed, settings.spp),
             medium_of_eye,
             resampled,
         }
@@ -269,10 +272,10 @@ impl<'a> Whitted<'a> {
 
     /// One sample of a pixel. Its hash is right only if `hashed` asks for it, as it may take rays of its own.
     fn look(&self, pass: u64, index: usize, place: Place, hashed: bool, work: &mut Work) -> First {
-        let (ray, mut stream) = self.first_ray(pass, index, place);
+        let (ray, mut draws) = self.first_ray(pass, index, place);
         let through_lens = hashed && self.scene.camera.lens_radius() > 0.0;
         let shading = hashed && !through_lens && self.settings.hash.sees_shading();
-        let (radiance, of_sample) = self.tree(ray, Some(&mut stream), shading, work);
+        let (radiance, of_sample) = self.tree(ray, Some(&mut draws), shading, work);
         let fingerprint = if through_lens {
             self.fingerprint(index, place.offset, work)
         } else {
@@ -286,11 +289,12 @@ impl<'a> Whitted<'a> {
     }
 
     /// The camera ray of a sample, and the random numbers that its paths go on with.
-    fn first_ray(&self, pass: u64, index: usize, place: Place) -> (Ray, Stream) {
-        let key = self.key(pass, index, place);
-        let mut stream = Stream::new(self.settings.seed, Purpose::Camera, key);
-        let ray = self.camera_ray(index, place.offset, stream.uniform2());
-        (ray, stream)
+    fn first_ray(&self, pass: u64, index: usize, place: Place) -> (Ray, Draws) {
+        let mut draws = self
+            .source
+            .draws(pass, |sample| self.key(sample, index, place));
+        let ray = self.camera_ray(index, place.offset, draws.uniform2());
+        (ray, draws)
     }
 
     /// The ray through the centres of a pixel and of the lens.

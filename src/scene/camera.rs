@@ -32,7 +32,7 @@ pub struct CameraDescription {
     pub vertical_fov_deg: f64,
     /// Radius of the lens, ≥ 0; 0 is a pinhole.
     pub lens_radius: f64,
-    /// Distance of the plane of focus along the view axis, > 0.
+    /// Distance of the plane of focus along the view axis, > 0; may be infinite.
     pub focus_distance: f64,
 }
 
@@ -65,6 +65,9 @@ impl Camera {
         }
         let disc = self.lens_radius * uniform_disc(lens);
         let origin = self.eye + disc.x * self.right + disc.y * self.up;
+        if self.focus_distance == f64::INFINITY {
+            return Ray::new(origin, through.normalize());
+        }
         let focus = self.eye + self.focus_distance * through;
         Ray::new(origin, (focus - origin).normalize())
     }
@@ -79,7 +82,7 @@ impl Camera {
         self.lens_radius
     }
 
-    /// Distance of the plane of focus along the view axis.
+    /// Distance of the plane of focus along the view axis; may be infinite.
     pub fn focus_distance(&self) -> f64 {
         self.focus_distance
     }

@@ -6,6 +6,7 @@ pub mod file;
 pub mod light;
 pub mod material;
 pub mod options;
+pub mod sampler;
 pub mod sampling;
 pub mod texture;
 

@@ -138,6 +138,19 @@ pub enum Resampling {
     Adaptive,
 }
 
+/// How the random numbers of a pixel's camera samples are spread, by `path` and `whitted`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sampler {
+    /// Not at all: every sample by itself.
+    #[default]
+    Independent,
+    /// Each number, or pair, in a cell of its own of a grid.
+    Stratified,
+    /// By Sobol's sequence with Owen's scrambling.
+    Sobol,
+}
+
 /// A feature beside the colours of a picture, written to EXR files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -186,6 +199,8 @@ pub struct RenderTable {
     pub integrator: Option<Integrator>,
     /// Samples per pixel, ≥ 1.
     pub spp: Option<u32>,
+    /// How the random numbers of camera samples are spread.
+    pub sampler: Option<Sampler>,
     /// Photon passes, ≥ 1.
     pub passes: Option<u64>,
     /// Seconds after which no further pass starts, > 0.
@@ -229,6 +244,7 @@ impl RenderTable {
         Self {
             integrator: self.integrator.or(base.integrator),
             spp: self.spp.or(base.spp),
+            sampler: self.sampler.or(base.sampler),
             passes: self.passes.or(base.passes),
             time: self.time.or(base.time),
             photons: self.photons.or(base.photons),

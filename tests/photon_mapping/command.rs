@@ -117,6 +117,20 @@ fn p11_a_light_inside_glass_lights_the_floor_by_photons_and_is_remarked_on() {
     assert!(left.said.contains("use ppm, sppm or pppm"), "{}", left.said);
 }
 
+#[test]
+fn photon_maps_have_no_use_for_a_sampler_and_say_so() {
+    for (method, said) in [
+        ("ppm", true),
+        ("sppm", true),
+        ("pppm", true),
+        ("path", false),
+    ] {
+        let left = render(ABOVE, &["--integrator", method, "--sampler", "sobol"]);
+        let note = left.said.contains("--sampler has no meaning");
+        assert_eq!(note, said, "{method}: {}", left.said);
+    }
+}
+
 /// Also that a usual scene gets no remark.
 #[test]
 fn a_render_says_how_far_it_may_be_from_the_truth() {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Letters of the cases, and how many each has.
-const CASES: [(&str, u32); 4] = [("N", 42), ("B", 8), ("A", 9), ("G", 7)];
+const CASES: [(&str, u32); 5] = [("N", 42), ("B", 8), ("A", 9), ("D", 7), ("G", 7)];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

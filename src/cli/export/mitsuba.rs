@@ -4,7 +4,7 @@ mod place;
 mod words;
 
 use super::mesh::Mesh;
-use super::{Export, extent, number};
+use super::{Export, extent, focus_distance, number};
 use crate::geometry::planar::{Plane, tangents};
 use crate::geometry::shape::Shape;
 use crate::image::exr;
@@ -133,7 +133,7 @@ impl Writer<'_> {
                 "    {}",
                 float("aperture_radius", camera.lens_radius())
             )?;
-            let distance = camera.focus_distance();
+            let distance = focus_distance(self.scene);
             writeln!(out, "    {}", float("focus_distance", distance))?;
         }
         writeln!(

@@ -107,6 +107,20 @@ impl Export {
     }
 }
 
+/// A distance of focus that other programs take in place of an infinite one, in sizes of the scene: what it changes of a blur, a
+/// ten-millionth, is a rounding of their float32.
+const AT_INFINITY: f64 = 1e7;
+
+/// The distance of focus, finite.
+fn focus_distance(scene: &Scene) -> f64 {
+    let extent = extent(scene);
+    let far = AT_INFINITY * (extent.max - extent.min).length();
+    match scene.camera.focus_distance() {
+        f64::INFINITY => far,
+        distance => distance,
+    }
+}
+
 /// The box of everything that has a place: objects with bounds, the points of planes, lights and the camera.
 fn extent(scene: &Scene) -> Aabb {
     use crate::geometry::shape::Shape;

@@ -8,7 +8,7 @@ mod lathe;
 mod texture;
 
 use super::mesh::Mesh;
-use super::{Export, extent, number};
+use super::{Export, extent, focus_distance, number};
 use crate::geometry::planar::tangents;
 use crate::geometry::revolution::Revolution;
 use crate::geometry::shape::Shape;
@@ -96,7 +96,7 @@ impl Writer<'_> {
                 out,
                 "  aperture {} focal_point {} blur_samples 200 variance 0 confidence 0.99",
                 number(4.0 * camera.lens_radius()),
-                vector(camera.eye() + camera.focus_distance() * forward)
+                vector(camera.eye() + focus_distance(scene) * forward)
             )?;
             self.export
                 .note("the lens is sampled at 200 fixed points a pixel");

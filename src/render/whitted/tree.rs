@@ -3,12 +3,12 @@
 use super::Whitted;
 use crate::geometry::hit::Hit;
 use crate::geometry::ray::Ray;
-use crate::numeric::rng::Stream;
 use crate::numeric::work::Work;
 use crate::render::antialias::fingerprint::{Event, Fingerprint, Met, Vertex};
 use crate::render::path::unoccluded;
 use crate::render::scatter::{Lobes, reflect};
 use crate::scene::light::Light;
+use crate::scene::sampler::Draws;
 use crate::scene::{Rgb, Scene};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -30,12 +30,12 @@ const MOST_SURVIVAL: f64 = 0.98;
 const LIGHT_CENTER: [f64; 2] = [0.5, 0.5];
 
 impl Whitted<'_> {
-    /// Walks the tree of reflections and refractions. Without a stream only the hash is made: no light, no roulette. `shading` adds
+    /// Walks the tree of reflections and refractions. Without draws only the hash is made: no light, no roulette. `shading` adds
     /// lights and patterns to it, which may take shadow rays.
     pub(super) fn tree(
         &self,
         ray: Ray,
-        mut stream: Option<&mut Stream>,
+        mut draws: Option<&mut Draws>,
         shading: bool,
         work: &mut Work,
     ) -> (Rgb, Fingerprint) {
@@ -65,9 +65,9 @@ impl Whitted<'_> {
             let branch = Branch { weight, ..branch };
             let lobes = Lobes::at(self.scene, &hit, branch.ray.direction);
             let print = (branch.sure && shading).then_some(&mut fingerprint);
-            match stream.as_deref_mut() {
-                Some(stream) => {
-                    radiance += weight * self.local(&branch, &hit, &lobes, stream, print, work);
+            match draws.as_deref_mut() {
+                Some(draws) => {
+                    radiance += weight * self.local(&branch, &hit, &lobes, draws, print, work);
                 }
                 None => self.look_at_shading(&hit, &lobes, print, work),
             }
@@ -78,7 +78,7 @@ impl Whitted<'_> {
             {
                 let scattered = branch.scattered(self.scene, &hit, &lobes, work);
                 for next in scattered.into_iter().flatten() {
-                    pending.extend(next.admitted(stream.as_deref_mut()));
+                    pending.extend(next.admitted(draws.as_deref_mut()));
                     work.scattered_rays += 1;
                 }
             }
@@ -132,7 +132,7 @@ impl Whitted<'_> {
         branch: &Branch,
         hit: &Hit,
         lobes: &Lobes,
-        stream: &mut Stream,
+        draws: &mut Draws,
         mut fingerprint: Option<&mut Fingerprint>,
         work: &mut Work,
     ) -> Rgb {
@@ -153,7 +153,7 @@ impl Whitted<'_> {
                 .clamp(1.0, LIGHT_GRID);
             let mut irradiance = Rgb::ZERO;
             for light in self.scene.lights.all() {
-                let received = self.irradiance(light, strata as u32, from, normal, stream, work);
+                let received = self.irradiance(light, strata as u32, from, normal, draws, work);
                 irradiance += received;
                 if let Some(fingerprint) = fingerprint.as_deref_mut() {
                     // What comes from a point or a beam tells whether it is seen; an area light is asked again.
@@ -177,7 +177,7 @@ impl Whitted<'_> {
         strata: u32,
         from: DVec3,
         normal: DVec3,
-        stream: &mut Stream,
+        draws: &mut Draws,
         work: &mut Work,
     ) -> Rgb {
         let strata = if matches!(light, Light::Area { .. }) {
@@ -189,7 +189,7 @@ impl Whitted<'_> {
         let mut sum = Rgb::ZERO;
         for row in 0..strata {
             for column in 0..strata {
-                let [a, b] = stream.uniform2();
+                let [a, b] = draws.uniform2();
                 let place = [(f64::from(column) + a) / side, (f64::from(row) + b) / side];
                 let sample = unoccluded(self.scene, light, from, normal, place, work);
                 sum += sample.map_or(Rgb::ZERO, |(irradiance, _)| irradiance);
@@ -280,14 +280,14 @@ impl Branch {
         self.weight.max_element() / self.scale
     }
 
-    /// The branch as it is if heavy enough; else what roulette leaves of it (nothing without a stream).
-    fn admitted(self, stream: Option<&mut Stream>) -> Option<Self> {
+    /// The branch as it is if heavy enough; else what roulette leaves of it (nothing without draws).
+    fn admitted(self, draws: Option<&mut Draws>) -> Option<Self> {
         let heaviness = self.heaviness();
         if heaviness >= SURE_WEIGHT && self.depth < SURE_DEPTH {
             return Some(self);
         }
         let survival = (heaviness / SURE_WEIGHT).min(MOST_SURVIVAL);
-        (stream?.uniform() < survival).then(|| Self {
+        (draws?.uniform() < survival).then(|| Self {
             weight: self.weight / survival,
             sure: false,
             ..self

@@ -30,6 +30,9 @@ const TOP_LEVEL: [&str; 14] = [
     "beam",
 ];
 
+/// Least distance of focus of an open lens as a share of the eye's largest coordinate: rays keep 32 bits of their directions.
+const LEAST_FOCUS: f64 = 1.0 / (1_u64 << 20) as f64;
+
 /// Smallest sine of the angle between `up` and the view axis: below it the picture's x axis would be made of rounding.
 const LEAST_SINE_OF_UP: f64 = 1e-9;
 
@@ -125,17 +128,26 @@ fn camera(field: &Field) -> Result<Camera, SceneError> {
     let fov = table
         .require("vertical_fov_deg", "a number > 0 and < 180")?
         .number(Range::Below(180.0))?;
+    let lens_radius = optional(&table, "lens_radius", 0.0, |field| {
+        field.number(Range::NotNegative)
+    })?;
+    let focus_distance = optional(&table, "focus_distance", view.length(), |field| {
+        field.distance()
+    })?;
+    let least = LEAST_FOCUS * eye.abs().max_element();
+    if lens_radius > 0.0 && focus_distance < least {
+        let at_fault = table.get("focus_distance").unwrap_or(target_field);
+        return Err(at_fault.expected(&format!(
+            "a focus at a distance of at least {least:e}: nearer, it is lost in the rounding of the eye's place"
+        )));
+    }
     Ok(Camera::new(&CameraDescription {
         eye,
         target,
         up,
         vertical_fov_deg: fov,
-        lens_radius: optional(&table, "lens_radius", 0.0, |field| {
-            field.number(Range::NotNegative)
-        })?,
-        focus_distance: optional(&table, "focus_distance", view.length(), |field| {
-            field.number(Range::Positive)
-        })?,
+        lens_radius,
+        focus_distance,
     }))
 }
 

@@ -21,6 +21,7 @@ pub(super) fn render(root: &Table) -> Result<RenderTable, SceneError> {
     let known = [
         "integrator",
         "spp",
+        "sampler",
         "passes",
         "time",
         "photons",
@@ -54,6 +55,7 @@ pub(super) fn render(root: &Table) -> Result<RenderTable, SceneError> {
     Ok(RenderTable {
         integrator: choice(&table, "integrator")?,
         spp: integer("spp", 1, word32)?.map(|spp| spp as u32),
+        sampler: choice(&table, "sampler")?,
         passes: integer("passes", 1, u64::MAX)?,
         time: number("time", Range::Positive)?,
         photons: integer("photons", 0, u64::MAX)?,

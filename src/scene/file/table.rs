@@ -8,6 +8,8 @@ use std::fmt;
 
 /// Largest magnitude of a number. Areas of areas and fluxes made from such numbers stay finite.
 pub(super) const LARGEST: f64 = 1e60;
+/// Least distance of focus: its square is no denormal number.
+const LEAST_DISTANCE: f64 = 1e-60;
 
 /// Numbers that a key accepts.
 #[derive(Clone, Copy, Debug)]
@@ -214,6 +216,19 @@ impl<'a> Field<'a> {
         } else {
             Err(self.expected(&range.to_string()))
         }
+    }
+
+    /// A distance that may be infinite; it is neither so large nor so small that its square is out of range.
+    pub(super) fn distance(&self) -> Result<f64, SceneError> {
+        if matches!(self.node.value, Value::Float(f64::INFINITY)) {
+            return Ok(f64::INFINITY);
+        }
+        let distance = self.number(Range::Positive)?;
+        if distance < LEAST_DISTANCE {
+            let expected = format!("a distance of at least {LEAST_DISTANCE:e}, or inf");
+            return Err(self.expected(&expected));
+        }
+        Ok(distance)
     }
 
     /// An integer from `low` to `high`.

@@ -1,6 +1,9 @@
 //! The pinhole and the thin lens. Properties are functions over an implementation: the project's camera passes, and the wrong
 //! lenses seen in real programs fail.
 
+mod cases;
+mod samplers;
+
 use glam::{DVec2, DVec3};
 use photolathe::geometry::ray::Ray;
 use photolathe::numeric::rng::{Purpose, Stream};

@@ -234,7 +234,7 @@ fn clients_that_stall_change_neither_the_course_nor_the_bytes() {
         );
     }
     // Those beyond the sixteen that are served together were told so.
-    let turned_away = clients.iter_mut().filter_map(|client| {
+    let turned_away = clients.into_iter().filter_map(|mut client: TcpStream| {
         let mut bytes = [0; 12];
         client.read_exact(&mut bytes).ok()?;
         (bytes == *b"HTTP/1.1 503").then_some(())

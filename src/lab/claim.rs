@@ -18,8 +18,8 @@ use serde::{Deserialize, Serialize};
 
 /// Family-wise rate of false alarms over a whole run of all experiments.
 pub const FAMILY_LEVEL: f64 = 1e-6;
-/// Level of one claim: the family's, shared by at most two hundred claims (Bonferroni).
-pub const CLAIM_LEVEL: f64 = FAMILY_LEVEL / 200.0;
+/// Level of one claim: the family's, shared by at most 250 claims (Bonferroni).
+pub const CLAIM_LEVEL: f64 = FAMILY_LEVEL / 250.0;
 /// Level at which the first look at a claim raises doubt.
 pub const FIRST_LOOK: f64 = 1e-3;
 /// Level at which a second look, with fresh random numbers, rejects: what the first leaves of [`CLAIM_LEVEL`], as a false alarm

@@ -1,6 +1,6 @@
 //! The live page: a few threads that answer browsers while the render goes on.
 //!
-//! The render leaves its latest picture in [`Shared`] and never waits here; clients get it from threads of their own, of which there
+//! The render leaves its latest picture in `Shared` and never waits here; clients get it from threads of their own, of which there
 //! are few, and each of which ends on time however slow its client is. They end with the process.
 
 use super::http::{self, Answer};

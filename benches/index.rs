@@ -80,7 +80,7 @@ fn count(index: &impl BallIndex, queries: &[DVec3]) -> u64 {
         &|_, hits: &[u32]| hits.len() as u64,
         &mut Work::default(),
     );
-    counts.into_iter().sum()
+    counts.in_order().into_iter().sum()
 }
 
 const INDICES: [IndexName; 5] = [

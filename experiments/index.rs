@@ -133,7 +133,8 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 }
 
 fn count(index: &impl BallIndex, queries: &[DVec3], work: &mut Work) -> Vec<u32> {
-    index.join(queries, &|_, within: &[u32]| within.len() as u32, work)
+    let counts = index.join(queries, &|_, within: &[u32]| within.len() as u32, work);
+    counts.in_order()
 }
 
 impl Match {

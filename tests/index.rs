@@ -29,7 +29,8 @@ fn joined(index: &impl BallIndex, queries: &[DVec3]) -> Vec<(usize, u64)> {
         });
         (hits.len(), hash)
     };
-    index.join(queries, &gather, &mut Work::default())
+    let answers = index.join(queries, &gather, &mut Work::default());
+    answers.in_order()
 }
 
 fn trees(balls: &Balls) -> [KdTree; 2] {
@@ -250,7 +251,7 @@ fn a_join_hands_out_the_same_lists_on_any_number_of_threads() {
                 &|_, hits: &[u32]| (hits.len(), hits[0], hits[hits.len() - 1]),
                 &mut work,
             );
-            (lists, work)
+            (lists.in_order(), work)
         })
     };
     let one = run(1);

@@ -59,7 +59,7 @@ pub(super) fn hit_points(
     for _ in 0..4 {
         tree.set_radii_squared(&squares(scale))?;
         let counts = tree.join(&trial, &|_, hits| hits.len() as u64, &mut Work::default());
-        let found = counts.into_iter().sum::<u64>() as f64 / trial.len() as f64;
+        let found = counts.in_order().into_iter().sum::<u64>() as f64 / trial.len() as f64;
         scale *= RESULTS_PER_QUERY / found.max(0.1);
     }
     Ok(Balls::new(centers, squares(scale))?)

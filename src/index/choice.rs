@@ -5,7 +5,7 @@ use super::kdtree::{KdTree, Split};
 use super::linear::Linear;
 use super::wide::WideTree;
 use super::wide::swapped::Swapped;
-use super::{BallIndex, Balls, IndexError};
+use super::{Answers, BallIndex, Balls, IndexError};
 use crate::numeric::work::Work;
 use crate::scene::options::IndexName;
 use glam::DVec3;
@@ -64,7 +64,7 @@ impl BallIndex for Index {
         each!(self, index => index.visit(query, work, found));
     }
 
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
     where
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,

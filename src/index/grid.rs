@@ -1,7 +1,7 @@
 //! A dense grid over the queries, asked by each ball (as Hachisuka and Jensen 2010 hash photons, but without collisions: every
 //! cell has its own place).
 
-use super::{BallIndex, Balls, IndexError, ball_box, scan, sum};
+use super::{Answers, BallIndex, Balls, IndexError, ball_box, scan, sum};
 use crate::numeric::work::Work;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -153,7 +153,7 @@ impl BallIndex for Grid {
 
     /// Cells are as wide as twice the median radius, or wider if that would make more than four for each query: a grid is at
     /// its best where radii and densities are even.
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
     where
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
@@ -181,6 +181,6 @@ impl BallIndex for Grid {
             work
         });
         *work += works.reduce(Work::default, sum);
-        answers
+        answers.into()
     }
 }

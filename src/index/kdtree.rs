@@ -7,7 +7,7 @@
 
 mod check;
 
-use super::{BallIndex, Balls, IndexError, ball_box, both, check_radii, covers};
+use super::{Answers, BallIndex, Balls, IndexError, ball_box, both, check_radii, covers};
 use crate::numeric::work::Work;
 use glam::DVec3;
 
@@ -251,7 +251,7 @@ impl BallIndex for KdTree {
         }
     }
 
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
     where
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
@@ -266,7 +266,7 @@ impl BallIndex for KdTree {
         for (&item, answer) in self.order.iter().zip(in_tree_order) {
             answers[item as usize] = answer;
         }
-        answers
+        answers.into()
     }
 }
 

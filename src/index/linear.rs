@@ -1,6 +1,6 @@
 //! The linear scan: every query against every ball. The oracle of the other indices.
 
-use super::{BallIndex, Balls, IndexError, scan};
+use super::{Answers, BallIndex, Balls, IndexError, scan};
 use crate::numeric::work::Work;
 use glam::DVec3;
 
@@ -30,7 +30,7 @@ impl BallIndex for Linear {
         scan(&self.balls, query, work, found);
     }
 
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
     where
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
@@ -38,7 +38,7 @@ impl BallIndex for Linear {
         work.index_visits += queries.len() as u64;
         work.index_tests += (self.balls.len() * queries.len()) as u64;
         let mut covered: Vec<u32> = Vec::new();
-        (0..self.balls.len())
+        let answers: Vec<T> = (0..self.balls.len())
             .map(|item| {
                 covered.clear();
                 covered.extend(
@@ -51,6 +51,7 @@ impl BallIndex for Linear {
                     gather(item, &covered)
                 }
             })
-            .collect()
+            .collect();
+        answers.into()
     }
 }

@@ -165,16 +165,49 @@ fn sum(mut a: Work, b: Work) -> Work {
     a
 }
 
+/// What a join gave, ball by ball.
+///
+/// An index that keeps its balls in an order of its own leaves the answers in that order: they may be large and many.
+#[derive(Clone, Debug)]
+pub struct Answers<'a, T> {
+    values: Vec<T>,
+    /// Where the answer of each ball stands, if they are not in the order of the balls.
+    places: Option<&'a [u32]>,
+}
+
+impl<T: Copy> Answers<'_, T> {
+    /// The answer of a ball.
+    #[inline]
+    pub fn of(&self, ball: usize) -> T {
+        self.values[self.places.map_or(ball, |places| places[ball] as usize)]
+    }
+
+    /// The answers in the order of the balls.
+    pub fn in_order(&self) -> Vec<T> {
+        (0..self.values.len()).map(|ball| self.of(ball)).collect()
+    }
+}
+
+impl<T> From<Vec<T>> for Answers<'_, T> {
+    /// Answers in the order of the balls.
+    fn from(values: Vec<T>) -> Self {
+        Self {
+            values,
+            places: None,
+        }
+    }
+}
+
 /// Fixed-radius search over [`Balls`].
 pub trait BallIndex {
     /// Calls `found` with every ball that covers `query`, in an order that depends on the balls and the query only.
     fn visit(&self, query: DVec3, work: &mut Work, found: &mut dyn FnMut(usize));
 
     /// Calls `gather` for every ball that covers at least one query, with the ball and the indices of its queries in rising
-    /// order, and returns its answers in the order of the balls; the others have `T::default()`. At most 2³² − 1 queries.
+    /// order, and returns its answers; the others have `T::default()`. At most 2³² − 1 queries.
     ///
     /// Runs on the current rayon pool; the answers do not depend on the number of threads.
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
     where
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync;

@@ -10,7 +10,7 @@ mod boxes;
 mod build;
 pub mod swapped;
 
-use super::{BallIndex, Balls, IndexError, ball_box, check_radii, covers, sum};
+use super::{Answers, BallIndex, Balls, IndexError, ball_box, check_radii, covers, sum};
 use crate::numeric::simd::{Kernel, Lanes, Vectors};
 use crate::numeric::work::Work;
 use boxes::{Bounds, Boxes, Packet, Packets, WIDTH};
@@ -142,8 +142,8 @@ impl BallIndex for WideTree {
     }
 
     /// About 2 ns a result where a query has 20 and queries come along a curve ([`order`](crate::index::curve::order), about 2 ns a result more); if they
-    /// do not, they are sorted here and every list is sorted back: about 15. Memory: 26 bytes a query, and the answers twice.
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    /// do not, they are sorted here and every list is sorted back: about 15. Memory: 26 bytes a query, and the answers.
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
     where
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
@@ -162,8 +162,10 @@ impl BallIndex for WideTree {
             let scratch = &mut Scratch::default();
             *work += join.descend(top, 0, &packets, &mut in_tree_order, scratch);
         }
-        let places = self.places.par_iter().with_min_len(LEAST);
-        places.map(|&place| in_tree_order[place as usize]).collect()
+        Answers {
+            values: in_tree_order,
+            places: Some(&self.places),
+        }
     }
 }
 

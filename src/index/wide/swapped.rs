@@ -3,7 +3,7 @@
 
 use super::boxes::{Bounds, Boxes, Packets, WIDTH, bytes, levels};
 use super::restore;
-use crate::index::{BallIndex, Balls, IndexError, ball_box, scan, sum};
+use crate::index::{Answers, BallIndex, Balls, IndexError, ball_box, scan, sum};
 use crate::numeric::simd::{Kernel, Lanes, Vectors};
 use crate::numeric::work::Work;
 use glam::DVec3;
@@ -78,7 +78,7 @@ impl BallIndex for Swapped {
     }
 
     /// As [`super::WideTree::join`] in cost, without a build, if balls come in an order in which neighbours are near each other.
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Vec<T>
+    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
     where
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32]) -> T + Sync,
@@ -97,7 +97,7 @@ impl BallIndex for Swapped {
             })
         });
         *work += works.reduce(Work::default, sum);
-        answers
+        answers.into()
     }
 }
 

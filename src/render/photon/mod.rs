@@ -205,8 +205,8 @@ impl<'a> PhotonMapper<'a> {
     /// Bytes held at the fullest moment so far, while a batch of photons is gathered: hit points with their radii, sums and tree (the
     /// default one), emission and statistics of pixels, and the photons with what gathering them needs. Not counted: the film.
     pub fn peak_bytes(&self) -> usize {
-        // Sums so far, and the answers of a batch twice.
-        let gathered = 3 * size_of::<Gathered>();
+        // Sums so far, and the answers of a batch.
+        let gathered = 2 * size_of::<Gathered>();
         let hit_point = size_of::<HitPoint>() + size_of::<f64>() + TREE_BYTES + gathered;
         let photon = size_of::<DVec3>() + arrivals::BYTES + JOIN_BYTES;
         self.view.hit_points.len() * hit_point
@@ -374,7 +374,8 @@ impl<'a> PhotonMapper<'a> {
                 }
             };
             let reached = index.join(&points, &gather, work);
-            let more = sums.par_iter_mut().zip(reached).map(|(sum, now)| {
+            let more = sums.par_iter_mut().enumerate().map(|(item, sum)| {
+                let now = reached.of(item);
                 // A hit point without photons in the batch keeps what it had.
                 let more = now.photons.saturating_sub(sum.photons);
                 if more > 0 {

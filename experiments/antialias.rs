@@ -3,6 +3,7 @@
 mod closed;
 mod conclusion;
 mod povray;
+mod rivalry;
 mod truth;
 
 use crate::lab::experiment::{

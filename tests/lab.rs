@@ -366,7 +366,7 @@ fn a_family_is_judged_by_its_worst_corrected_for_their_number() {
     assert!((many.measured + 0.6).abs() < 1e-15);
     assert!((many.ci_high - many.ci_low - 0.392).abs() < 1e-3);
     assert!(
-        (many.detectable - 0.1 * (6.57 + 1.28)).abs() < 2e-3,
+        (many.detectable - 0.1 * (6.605 + 1.28)).abs() < 2e-3,
         "{}",
         many.detectable
     );

@@ -286,7 +286,11 @@ material = "lamp"
 
 /// The film's means and the mean over pixels of the variance that it states, of the mean.
 fn rendered(settings: &Settings) -> (Vec<[u64; 3]>, f64) {
-    let scene = file::parse(SCENE, "samplers", Path::new(""), &[]).expect("valid");
+    rendered_of(SCENE, settings)
+}
+
+fn rendered_of(text: &str, settings: &Settings) -> (Vec<[u64; 3]>, f64) {
+    let scene = file::parse(text, "samplers", Path::new(""), &[]).expect("valid");
     let film = render_unwatched(&scene, settings).expect("it renders").film;
     let bits = |pixel: &photolathe::render::film::Pixel| pixel.mean().to_array().map(f64::to_bits);
     let stated = film.pixels().iter().map(|pixel| pixel.variance_of_mean().x);
@@ -330,13 +334,16 @@ fn bytes_do_not_depend_on_threads_with_any_sampler() {
 /// Variance of the mean of a pixel over 40 seeds, averaged over the film, and what the films state of it.
 fn variance(integrator: Integrator, sampler: Sampler, spp: u32) -> (f64, f64) {
     let seeds = 40;
+    // The lamp in glass, seldom and bright, would hide the rest.
+    let matte = SCENE.replace("material = \"glass\"", "material = \"matte\"");
     let films: Vec<_> = (0..seeds)
         .map(|seed| {
-            rendered(&Settings {
+            let settings = Settings {
                 // A pattern's places differ by more than chance.
                 aa: Antialias::None,
                 ..settings(integrator, sampler, spp, mix(&[seed]))
-            })
+            };
+            rendered_of(&matte, &settings)
         })
         .collect();
     let pixels = films[0].0.len();

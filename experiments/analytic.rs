@@ -145,9 +145,8 @@ fn room(
 /// Samples a pixel for the standard error that the margin asks for; at full effort a quarter of it.
 fn spp(case: &Case, effort: Effort) -> u32 {
     let errors = ERRORS_IN_MARGIN * effort.of([1.0, 1.0, 4.0]);
-    let samples = (errors * case.noise / margin("path", effort))
-        * (errors * case.noise / margin("path", effort));
-    let per_pixel = samples / (f64::from(SIDE * SIDE) * REPLICATES as f64);
+    let root = errors * case.noise / margin("path", effort);
+    let per_pixel = root * root / (f64::from(SIDE * SIDE) * REPLICATES as f64);
     (per_pixel.ceil() as u32).max(1)
 }
 

@@ -33,7 +33,8 @@ pub struct Settings {
     /// How antialiasing resamples.
     pub pattern: Resampling,
     /// Least difference that is resampled: for `contrast`, and for `path-hash` where hashes differ, of two neighbours' sRGB values,
-    /// summed over channels; for `variance` of the standard deviation of a pixel's four samples, in the same measure.
+    /// summed over channels (of one sample each: the noise of a lens or a lamp enters, which a hash alone is free of); for `variance`
+    /// of the standard deviation of a pixel's four samples, in the same measure.
     pub threshold: f64,
     /// Seed.
     pub seed: u64,

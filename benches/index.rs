@@ -145,13 +145,7 @@ fn material(diffuse: f64) -> Material {
 fn a_box() -> Scene {
     let (x, y, z) = (2.0 * DVec3::X, 2.0 * DVec3::Y, 2.0 * DVec3::Z);
     let corner = DVec3::new(-1.0, 0.0, -1.0);
-    let quad = |corner, edge_u, edge_v| {
-        Shape::Quad(Quad {
-            corner,
-            edge_u,
-            edge_v,
-        })
-    };
+    let quad = |corner, edge_u, edge_v| Shape::Quad(Quad::new(corner, edge_u, edge_v));
     let ball = |x, z| {
         Shape::Sphere(Sphere {
             center: DVec3::new(x, 0.4, z),

@@ -333,11 +333,11 @@ fn a_mesh_without_bounds_is_refused() {
 
 #[test]
 fn meshes_of_flat_shapes_have_our_texture_coordinates() {
-    let quad = Quad {
-        corner: DVec3::new(1.0, 2.0, 3.0),
-        edge_u: DVec3::X,
-        edge_v: DVec3::new(0.5, 0.0, 2.0),
-    };
+    let quad = Quad::new(
+        DVec3::new(1.0, 2.0, 3.0),
+        DVec3::X,
+        DVec3::new(0.5, 0.0, 2.0),
+    );
     let disc = Disc {
         center: DVec3::new(0.0, 1.0, 0.0),
         normal: DVec3::Y,

@@ -346,7 +346,7 @@ fn hits_have_the_azimuth_of_their_point_in_one_turn() {
         let ray = Ray::new(DVec3::new(0.0, 0.25, 0.0), DVec3::new(p.x, 0.125, p.z));
         let solver = Solver::Newton(settings(10, StartPolicy::RandomU));
         let crossing = tube.nearest(&ray, &solver, &mut Work::default()).unwrap();
-        let theta = tube.hit(&ray, crossing).theta;
+        let theta = tube.hit(&ray, crossing).theta();
         assert!((0.0..TAU).contains(&theta));
         theta
     };

@@ -178,11 +178,11 @@ fn a_ray_that_leaves_a_hit_never_meets_the_same_sheet_again() {
 
 #[test]
 fn a_quad_knows_its_border_and_its_coordinates() {
-    let quad = Quad {
-        corner: DVec3::new(1.0, 2.0, 3.0),
-        edge_u: DVec3::new(2.0, 0.0, 0.0),
-        edge_v: DVec3::new(1.0, 0.0, -4.0),
-    };
+    let quad = Quad::new(
+        DVec3::new(1.0, 2.0, 3.0),
+        DVec3::new(2.0, 0.0, 0.0),
+        DVec3::new(1.0, 0.0, -4.0),
+    );
     assert_eq!(quad.normal(), DVec3::Y);
     assert_eq!(quad.area(), 8.0);
     for (s, t, inside) in [
@@ -200,7 +200,7 @@ fn a_quad_knows_its_border_and_its_coordinates() {
         assert_eq!(crossing.is_some(), inside, "({s}, {t})");
         if let Some(crossing) = crossing {
             let hit = quad.hit(&down, crossing);
-            assert!((hit.st.x - s).abs() < 1e-15 && (hit.st.y - t).abs() < 1e-15);
+            assert!((hit.st().x - s).abs() < 1e-15 && (hit.st().y - t).abs() < 1e-15);
             assert_eq!(hit.t, 5.0);
         }
     }
@@ -223,7 +223,7 @@ fn a_disc_ends_at_its_radius() {
     );
     let down = ray([0.0, 3.0, 0.0], [0.0, -2.0, 0.0]);
     let hit = disc.hit(&down, disc.nearest(&down).expect("through the centre"));
-    assert_eq!((hit.t, hit.st.x, hit.st.y), (1.0, 0.5, 0.5));
+    assert_eq!((hit.t, hit.st().x, hit.st().y), (1.0, 0.5, 0.5));
     let bounds = disc.bounds();
     assert_eq!(bounds.min, DVec3::new(-2.0, 1.0, -2.0));
     assert_eq!(bounds.max, DVec3::new(2.0, 1.0, 2.0));
@@ -231,11 +231,7 @@ fn a_disc_ends_at_its_radius() {
 
 #[test]
 fn every_shape_is_asked_counted_and_bounded_as_itself() {
-    let quad = Quad {
-        corner: DVec3::new(-1.0, -1.0, 0.0),
-        edge_u: 2.0 * DVec3::X,
-        edge_v: 2.0 * DVec3::Y,
-    };
+    let quad = Quad::new(DVec3::new(-1.0, -1.0, 0.0), 2.0 * DVec3::X, 2.0 * DVec3::Y);
     let plane = Plane {
         point: DVec3::ZERO,
         normal: DVec3::Z,
@@ -334,11 +330,7 @@ fn rays_that_are_not_finite_or_have_no_direction_meet_nothing() {
             ..good
         },
     ];
-    let quad = Quad {
-        corner: DVec3::new(-1.0, -1.0, 0.0),
-        edge_u: 2.0 * DVec3::X,
-        edge_v: 2.0 * DVec3::Y,
-    };
+    let quad = Quad::new(DVec3::new(-1.0, -1.0, 0.0), 2.0 * DVec3::X, 2.0 * DVec3::Y);
     let plane = Plane {
         point: DVec3::ZERO,
         normal: DVec3::Z,

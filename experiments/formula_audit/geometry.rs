@@ -206,7 +206,7 @@ fn outward(surface: &Revolution, ray: &Ray, crossing: Crossing) -> DVec3 {
 }
 
 fn cross_of_tangents(surface: &Revolution, ray: &Ray, crossing: Crossing) -> DVec3 {
-    let (sin, cos) = libm::sincos(surface.hit(ray, crossing).theta);
+    let (sin, cos) = libm::sincos(surface.hit(ray, crossing).theta());
     let at = surface.profile().pieces()[crossing.piece as usize].at(crossing.u);
     let along_u = DVec3::new(
         at.radius_slope * sin,

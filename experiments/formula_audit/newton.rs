@@ -2,9 +2,9 @@
 
 use super::{Fault, Finding, Trial, compare};
 use crate::geometry::bounds::cubic_range;
+use crate::geometry::hit::azimuth;
 use crate::geometry::profile::{Piece, Profile};
 use crate::geometry::revolution::newton::{StartPolicy, Starts, System, start_azimuth, step};
-use crate::geometry::sphere::azimuth;
 use crate::numeric::rng::Stream;
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};

@@ -157,7 +157,10 @@ fn row(scene: &Scene, hit: &Hit) -> String {
     let DVec3 { x, y, z } = hit.normal;
     format!(
         "1,{:?},{name},{},{:?},{:?},{x:?},{y:?},{z:?}",
-        hit.t, hit.piece, hit.u, hit.theta
+        hit.t,
+        hit.piece,
+        hit.u,
+        hit.theta()
     )
 }
 

@@ -1,6 +1,7 @@
 //! Where a ray meets a surface.
 
 use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
 
 /// A solution of ray = surface, before anything else is worked out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +12,23 @@ pub struct Crossing {
     pub piece: u32,
     /// Parameter within the piece, in [0, 1] (0 for shapes without a profile).
     pub u: f64,
+}
+
+/// Where on its surface a hit lies, as far as textures ask. Few hits are asked, and an angle costs an arcus tangent: so it is worked
+/// out by [`Hit::theta`] and [`Hit::st`] only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Chart {
+    /// On a planar shape: the texture coordinates (s, t).
+    Flat(DVec2),
+    /// On a sphere or revolution.
+    Round {
+        /// Sine of the azimuth.
+        sin: f64,
+        /// Cosine of the azimuth.
+        cos: f64,
+        /// The texture coordinate t.
+        t: f64,
+    },
 }
 
 /// A point of a surface met by a ray, with all that shading and the next ray need.
@@ -30,10 +48,8 @@ pub struct Hit {
     pub piece: u32,
     /// Parameter within the piece, in [0, 1]; for other shapes the texture coordinate t of a sphere or s of a planar shape.
     pub u: f64,
-    /// Azimuth atan2(x, z) in [0, 2π) for revolution and sphere, 0 for planar shapes.
-    pub theta: f64,
-    /// Texture coordinates (s, t); see the scene file's description.
-    pub st: DVec2,
+    /// Place for textures.
+    pub chart: Chart,
 }
 
 /// One side of a surface.
@@ -70,6 +86,22 @@ impl Side {
 pub const OFFSET_IN_ERRORS: f64 = 4.0;
 
 impl Hit {
+    /// Azimuth atan2(x, z) in [0, 2π) for revolution and sphere, 0 for planar shapes.
+    pub fn theta(&self) -> f64 {
+        match self.chart {
+            Chart::Flat(_) => 0.0,
+            Chart::Round { sin, cos, .. } => azimuth(sin, cos),
+        }
+    }
+
+    /// Texture coordinates (s, t); see the scene file's description.
+    pub fn st(&self) -> DVec2 {
+        match self.chart {
+            Chart::Flat(st) => st,
+            Chart::Round { t, .. } => DVec2::new(self.theta() / TAU, t),
+        }
+    }
+
     /// The side on which a ray along `direction` arrives; the front for a ray in the tangent plane.
     pub fn side_met(&self, direction: DVec3) -> Side {
         if self.normal.dot(direction) > 0.0 {
@@ -102,6 +134,16 @@ impl Hit {
     }
 }
 
+/// atan2(x, z) in [0, 2π).
+pub(crate) fn azimuth(x: f64, z: f64) -> f64 {
+    let theta = libm::atan2(x, z);
+    if theta >= 0.0 {
+        return theta;
+    }
+    let turned = theta + TAU;
+    if turned < TAU { turned } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,8 +159,7 @@ mod tests {
             object: 0,
             piece: 0,
             u: 0.0,
-            theta: 0.0,
-            st: DVec2::ZERO,
+            chart: Chart::Flat(DVec2::ZERO),
         };
         for (direction, side) in [
             (DVec3::X, Side::Front),

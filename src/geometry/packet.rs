@@ -54,14 +54,16 @@ impl Packet {
         packet
     }
 
-    /// Looks for nearer crossings with a shape, which `object` stands for: to the bit those of [`Shape::nearest`].
+    /// Looks for nearer crossings with a shape, which `object` stands for: to the bit those of [`Shape::nearest`]. At the same parameter
+    /// as another object's it counts if it `wins_ties`.
     ///
     /// # Panics
     /// If the shape is a surface of revolution: these take their rays by themselves.
-    pub fn meet(&mut self, shape: &Shape, object: usize) {
+    pub fn meet(&mut self, shape: &Shape, object: usize, wins_ties: bool) {
         self.vectors.run(Meet {
             shape,
             object: object as u64,
+            wins_ties,
             packet: self,
         });
     }
@@ -73,19 +75,21 @@ impl Packet {
 
     /// Keeps what is nearer: parameter, and whether it counts but for the range.
     #[inline(always)]
-    fn keep(&mut self, object: u64, meet: impl Fn(&Ray) -> (f64, bool)) {
+    fn keep(&mut self, object: u64, wins_ties: bool, meet: impl Fn(&Ray) -> (f64, bool)) {
         for lane in 0..WIDTH {
             let vector = |c: &[Column; 3]| DVec3::new(c[0][lane], c[1][lane], c[2][lane]);
+            let so_far = self.t_max[lane];
+            // Bitwise here and below: a branch would keep the lanes apart.
+            let ties = wins_ties & (self.object[lane] != NONE);
             let ray = Ray {
                 origin: vector(&self.origin),
                 direction: vector(&self.direction),
                 t_min: self.t_min[lane],
-                t_max: self.t_max[lane],
+                t_max: if ties { so_far.next_up() } else { so_far },
             };
             let (t, counts) = meet(&ray);
-            // Bitwise: a branch would keep the lanes apart.
             let met = counts & (ray.t_min < t) & (t < ray.t_max);
-            self.t_max[lane] = if met { t } else { ray.t_max };
+            self.t_max[lane] = if met { t } else { so_far };
             self.object[lane] = if met { object } else { self.object[lane] };
         }
     }
@@ -94,6 +98,7 @@ impl Packet {
 struct Meet<'a> {
     shape: &'a Shape,
     object: u64,
+    wins_ties: bool,
     packet: &'a mut Packet,
 }
 
@@ -105,15 +110,16 @@ impl Kernel for Meet<'_> {
         let Self {
             shape,
             object,
+            wins_ties,
             packet,
         } = self;
         match shape {
-            Shape::Quad(quad) => packet.keep(object, |ray| quad.meet(ray)),
-            Shape::Plane(plane) => packet.keep(object, |ray| plane.meet(ray)),
-            Shape::Disc(disc) => packet.keep(object, |ray| disc.meet(ray)),
+            Shape::Quad(quad) => packet.keep(object, wins_ties, |ray| quad.meet(ray)),
+            Shape::Plane(plane) => packet.keep(object, wins_ties, |ray| plane.meet(ray)),
+            Shape::Disc(disc) => packet.keep(object, wins_ties, |ray| disc.meet(ray)),
             Shape::Sphere(sphere) => {
                 // The near root counts before the far one, as it does for a ray alone.
-                packet.keep(object, |ray| {
+                packet.keep(object, wins_ties, |ray| {
                     let (near, far, met) = sphere.meet(ray);
                     (if ray.contains(near) { near } else { far }, met)
                 });
@@ -142,11 +148,11 @@ mod tests {
                 center,
                 radius: 0.8,
             }),
-            Shape::Quad(Quad {
-                corner: DVec3::new(-1.0, -0.5, -1.0),
-                edge_u: DVec3::new(2.0, 0.1, 0.0),
-                edge_v: DVec3::new(0.3, 0.0, 2.0),
-            }),
+            Shape::Quad(Quad::new(
+                DVec3::new(-1.0, -0.5, -1.0),
+                DVec3::new(2.0, 0.1, 0.0),
+                DVec3::new(0.3, 0.0, 2.0),
+            )),
             Shape::Plane(Plane {
                 point: -DVec3::Y,
                 normal: DVec3::Y,
@@ -156,7 +162,7 @@ mod tests {
                 normal: DVec3::new(0.6, 0.8, 0.0),
                 radius: 0.9,
             }),
-            // The same again: of crossings at the same parameter the first object's counts.
+            // The same again: of crossings at the same parameter the first object's counts, unless this one wins ties.
             Shape::Plane(Plane {
                 point: -DVec3::Y,
                 normal: DVec3::Y,
@@ -193,10 +199,15 @@ mod tests {
         rays
     }
 
-    fn alone(shapes: &[Shape], ray: &Ray) -> Option<(usize, u64)> {
+    fn alone(shapes: &[Shape], winner: Option<usize>, ray: &Ray) -> Option<(usize, u64)> {
         let (mut rest, mut nearest) = (*ray, None);
         for (object, shape) in shapes.iter().enumerate() {
-            let found = shape.nearest(&rest, &Solver::Bernstein, &mut Work::default());
+            let range = if nearest.is_some() && winner == Some(object) {
+                rest.until(rest.t_max.next_up())
+            } else {
+                rest
+            };
+            let found = shape.nearest(&range, &Solver::Bernstein, &mut Work::default());
             if let Some(Crossing { t, .. }) = found {
                 rest.t_max = t;
                 nearest = Some((object, t.to_bits()));
@@ -208,8 +219,10 @@ mod tests {
     #[test]
     fn rays_in_lanes_meet_what_they_meet_alone_to_the_bit() {
         let shapes = shapes();
-        let mut met = 0;
-        for vectors in Vectors::all() {
+        let (mut met, mut won) = (0, 0);
+        let winners = [None, Some(2), Some(4)];
+        let each = |vectors| winners.map(|winner| (vectors, winner));
+        for (vectors, winner) in Vectors::all().into_iter().flat_map(each) {
             // A last packet that is not full.
             for rays in rays().chunks(WIDTH) {
                 let mut packet = Packet {
@@ -217,18 +230,19 @@ mod tests {
                     ..Packet::new(rays)
                 };
                 for (object, shape) in shapes.iter().enumerate() {
-                    packet.meet(shape, object);
+                    packet.meet(shape, object, winner == Some(object));
                 }
                 for (lane, ray) in rays.iter().enumerate() {
                     let found = packet
                         .nearest(lane)
                         .map(|(object, t)| (object, t.to_bits()));
-                    assert_eq!(found, alone(&shapes, ray), "{vectors}: {ray:?}");
+                    assert_eq!(found, alone(&shapes, winner, ray), "{vectors}: {ray:?}");
                     met += u32::from(found.is_some());
+                    won += u32::from(found.is_some_and(|(object, _)| object == 4));
                 }
                 assert!((rays.len()..WIDTH).all(|lane| packet.nearest(lane).is_none()));
             }
         }
-        assert!(met > 2000);
+        assert!(met > 2000 && won > 200, "{met} {won}");
     }
 }

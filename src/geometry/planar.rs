@@ -1,7 +1,7 @@
 //! Flat shapes: quad (parallelogram), plane and disc.
 
 use super::bounds::Aabb;
-use super::hit::{Crossing, Hit};
+use super::hit::{Chart, Crossing, Hit};
 use super::ray::Ray;
 use glam::{DVec2, DVec3};
 
@@ -14,6 +14,8 @@ pub struct Quad {
     pub edge_u: DVec3,
     /// Edge along t; not parallel to `edge_u`.
     pub edge_v: DVec3,
+    /// Kept at unit length, so that shapes in one plane along the axes are met at the same t to the bit.
+    normal: DVec3,
 }
 
 /// The infinite plane through `point`.
@@ -66,8 +68,7 @@ fn flat_hit(ray: &Ray, crossing: Crossing, anchor: DVec3, normal: DVec3, st: DVe
         object: 0,
         piece: 0,
         u: st.x,
-        theta: 0.0,
-        st,
+        chart: Chart::Flat(st),
     }
 }
 
@@ -80,9 +81,25 @@ fn crossing(t: f64) -> Crossing {
 }
 
 impl Quad {
+    /// The parallelogram at a corner along two edges, which are not parallel.
+    pub fn new(corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Self {
+        Self {
+            corner,
+            edge_u,
+            edge_v,
+            normal: edge_u.cross(edge_v).normalize(),
+        }
+    }
+
     /// Unit normal.
     pub fn normal(&self) -> DVec3 {
-        self.edge_u.cross(self.edge_v).normalize()
+        self.normal
+    }
+
+    /// The same at another corner.
+    #[must_use]
+    pub fn at(self, corner: DVec3) -> Self {
+        Self { corner, ..self }
     }
 
     /// Area.
@@ -92,40 +109,40 @@ impl Quad {
 
     /// The crossing inside the ray's open range; the border belongs to the quad.
     pub fn nearest(&self, ray: &Ray) -> Option<Crossing> {
-        let t = plane_crossing(ray, self.corner, self.edge_u.cross(self.edge_v))?;
+        let t = plane_crossing(ray, self.corner, self.normal)?;
         self.covers(ray.at(t)).then(|| crossing(t))
     }
 
     /// Parameter of the crossing with the plane, and whether it lies on the quad: without a branch, for vector lanes.
     #[inline(always)]
     pub(super) fn meet(&self, ray: &Ray) -> (f64, bool) {
-        let t = plane_parameter(ray, self.corner, self.edge_u.cross(self.edge_v));
+        let t = plane_parameter(ray, self.corner, self.normal);
         (t, self.covers(ray.at(t)))
     }
 
     #[inline(always)]
     fn covers(&self, point: DVec3) -> bool {
-        let st = self.coordinates(point);
-        (st.x >= 0.0) & (st.x <= 1.0) & (st.y >= 0.0) & (st.y <= 1.0)
+        let (st, scale) = self.coordinates(point);
+        (st.x >= 0.0) & (st.x <= scale) & (st.y >= 0.0) & (st.y <= scale)
     }
 
+    /// Coordinates along the edges, and what to divide them by.
     #[inline(always)]
-    fn coordinates(&self, point: DVec3) -> DVec2 {
+    fn coordinates(&self, point: DVec3) -> (DVec2, f64) {
         let across = self.edge_u.cross(self.edge_v);
         let from_corner = point - self.corner;
-        let scale = across.length_squared();
-        DVec2::new(
-            from_corner.cross(self.edge_v).dot(across) / scale,
-            self.edge_u.cross(from_corner).dot(across) / scale,
-        )
+        let st = DVec2::new(
+            from_corner.cross(self.edge_v).dot(across),
+            self.edge_u.cross(from_corner).dot(across),
+        );
+        (st, across.length_squared())
     }
 
     /// The full hit of a crossing.
     pub fn hit(&self, ray: &Ray, crossing: Crossing) -> Hit {
-        let st = self
-            .coordinates(ray.at(crossing.t))
-            .clamp(DVec2::ZERO, DVec2::ONE);
-        flat_hit(ray, crossing, self.corner, self.normal(), st)
+        let (st, scale) = self.coordinates(ray.at(crossing.t));
+        let st = (st / scale).clamp(DVec2::ZERO, DVec2::ONE);
+        flat_hit(ray, crossing, self.corner, self.normal, st)
     }
 
     /// World bounds.
@@ -165,8 +182,9 @@ impl Plane {
         let mut hit = flat_hit(ray, crossing, self.point, self.normal, DVec2::ZERO);
         let (s_axis, t_axis) = tangents(self.normal);
         let from_point = hit.point - self.point;
-        hit.st = DVec2::new(from_point.dot(s_axis), from_point.dot(t_axis));
-        hit.u = hit.st.x;
+        let st = DVec2::new(from_point.dot(s_axis), from_point.dot(t_axis));
+        hit.chart = Chart::Flat(st);
+        hit.u = st.x;
         hit
     }
 }
@@ -256,11 +274,11 @@ mod tests {
         let reach = DVec3::new(1.6, 1.2, 2.0);
         assert!((disc.bounds().min - (disc.center - reach)).length() < 1e-14);
         assert!((disc.bounds().max - (disc.center + reach)).length() < 1e-14);
-        let quad = Quad {
-            corner: DVec3::new(1.0, 2.0, 3.0),
-            edge_u: DVec3::new(2.0, -1.0, 0.0),
-            edge_v: DVec3::new(-0.5, -1.0, -4.0),
-        };
+        let quad = Quad::new(
+            DVec3::new(1.0, 2.0, 3.0),
+            DVec3::new(2.0, -1.0, 0.0),
+            DVec3::new(-0.5, -1.0, -4.0),
+        );
         assert_eq!(quad.bounds().min, DVec3::new(0.5, 0.0, -1.0));
         assert_eq!(quad.bounds().max, DVec3::new(3.0, 2.0, 3.0));
     }
@@ -278,11 +296,11 @@ mod tests {
             let from = Ray::new(target + 3.0 * disc.normal, -disc.normal);
             let hit = disc.hit(&from, disc.nearest(&from).expect("a point of the disc"));
             let expected = DVec2::new(0.5 + s / 4.0, 0.5 + t / 4.0);
-            assert!((hit.st - expected).length() < 1e-14, "disc at ({s}, {t})");
-            assert_eq!(hit.u, hit.st.x);
+            assert!((hit.st() - expected).length() < 1e-14, "disc at ({s}, {t})");
+            assert_eq!(hit.u, hit.st().x);
             let hit = plane.hit(&from, plane.nearest(&from).expect("a point of the plane"));
-            assert!((hit.st - DVec2::new(s, t)).length() < 1e-14, "plane");
-            assert_eq!(hit.u, hit.st.x);
+            assert!((hit.st() - DVec2::new(s, t)).length() < 1e-14, "plane");
+            assert_eq!(hit.u, hit.st().x);
             assert!((hit.point - target).length() <= 1e-14 && (hit.t - 3.0).abs() < 1e-14);
         }
     }

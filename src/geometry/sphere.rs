@@ -1,9 +1,9 @@
 //! The sphere.
 
 use super::bounds::Aabb;
-use super::hit::{Crossing, Hit};
+use super::hit::{Chart, Crossing, Hit};
 use super::ray::Ray;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// A sphere; normals point outward.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +84,6 @@ impl Sphere {
     /// The full hit of a crossing.
     pub fn hit(&self, ray: &Ray, crossing: Crossing) -> Hit {
         let normal = (ray.at(crossing.t) - self.center).normalize();
-        let theta = azimuth(normal.x, normal.z);
         let up = 0.5 + libm::asin(normal.y.clamp(-1.0, 1.0)) / std::f64::consts::PI;
         Hit {
             t: crossing.t,
@@ -94,8 +93,11 @@ impl Sphere {
             object: 0,
             piece: 0,
             u: up,
-            theta,
-            st: DVec2::new(theta / std::f64::consts::TAU, up),
+            chart: Chart::Round {
+                sin: normal.x,
+                cos: normal.z,
+                t: up,
+            },
         }
     }
 
@@ -167,23 +169,10 @@ fn power_of_two_near(x: f64) -> f64 {
     f64::from_bits(bits & 0x7FF0_0000_0000_0000)
 }
 
-/// atan2(x, z) in [0, 2π).
-pub(crate) fn azimuth(x: f64, z: f64) -> f64 {
-    let theta = libm::atan2(x, z);
-    if theta >= 0.0 {
-        return theta;
-    }
-    let turned = theta + std::f64::consts::TAU;
-    if turned < std::f64::consts::TAU {
-        turned
-    } else {
-        0.0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
 
     #[test]
     fn bounds_touch_the_sphere() {
@@ -217,12 +206,12 @@ mod tests {
             let from = Ray::new(sphere.center + 5.0 * outward, -outward);
             let hit = sphere.hit(&from, sphere.nearest(&from).expect("through the centre"));
             assert!(
-                (hit.st - DVec2::new(s, t)).length() < 1e-14,
+                (hit.st() - DVec2::new(s, t)).length() < 1e-14,
                 "{outward}: {}",
-                hit.st
+                hit.st()
             );
-            assert!((hit.theta - std::f64::consts::TAU * s).abs() < 1e-14);
-            assert_eq!(hit.u, hit.st.y);
+            assert!((hit.theta() - std::f64::consts::TAU * s).abs() < 1e-14);
+            assert_eq!(hit.u, hit.st().y);
         }
         // Just before a full turn the azimuth rounds to 2π, which is not in [0, 2π).
         let unit = Sphere {
@@ -231,6 +220,6 @@ mod tests {
         };
         let nearly = Ray::new(DVec3::new(-1e-300, 0.0, 5.0), -DVec3::Z);
         let hit = unit.hit(&nearly, unit.nearest(&nearly).expect("through the centre"));
-        assert!(hit.normal.x < 0.0 && hit.theta == 0.0);
+        assert!(hit.normal.x < 0.0 && hit.theta() == 0.0);
     }
 }

@@ -38,7 +38,7 @@ impl Lobes {
         let diffuse = material
             .diffuse
             .as_ref()
-            .map_or(Rgb::ZERO, |pattern| pattern.at(hit.st));
+            .map_or(Rgb::ZERO, |pattern| pattern.on(hit));
         let mirror = material.mirror.unwrap_or(Rgb::ZERO);
         let interface = material.dielectric.map(|dielectric| {
             let entering = side == Side::Front;

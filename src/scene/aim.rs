@@ -122,10 +122,10 @@ impl Aim {
         if own == 0.0 {
             return (direction, 0.0);
         }
-        let met = seen().filter(|ball| {
+        let met = self.balls.iter().filter(|ball| {
             // A direction on the rim may miss the ball that it was drawn for.
             let meant = chosen.is_some_and(|chosen| std::ptr::eq(chosen, *ball));
-            meant || meets(ball, from, direction)
+            meant || meets(ball, from, direction) && law.sees(from, ball)
         });
         let aimed = met.map(|ball| 1.0 / (TAU * cone(ball))).sum::<f64>() / count;
         (direction, own / ((1.0 - AIMED) * own + AIMED * aimed))

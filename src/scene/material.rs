@@ -2,6 +2,7 @@
 
 use super::Rgb;
 use super::texture::Texture;
+use crate::geometry::hit::Hit;
 use glam::DVec2;
 use std::sync::Arc;
 
@@ -42,6 +43,14 @@ pub enum Pattern {
 }
 
 impl Pattern {
+    /// The reflectance at a hit.
+    pub fn on(&self, hit: &Hit) -> Rgb {
+        match self {
+            Self::Constant(color) => *color,
+            _ => self.at(hit.st()),
+        }
+    }
+
     /// The reflectance at texture coordinates `st`.
     pub fn at(&self, st: DVec2) -> Rgb {
         match self {

@@ -76,12 +76,18 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The nearest hit inside the ray's open range. Of hits at the same t the object listed first wins.
+    /// The nearest hit inside the ray's open range. Of hits at the same t an emitter's wins, else that of the object listed first: a
+    /// lamp let into a ceiling is seen. Flat shapes in one plane along the axes are met at the same t to the bit, others to rounding.
     pub fn intersect(&self, ray: &Ray, work: &mut Work) -> Option<Hit> {
         let mut rest = *ray;
         let mut nearest = None;
         for (index, object) in self.objects.iter().enumerate() {
-            if let Some(crossing) = object.shape.nearest(&rest, &self.solver, work) {
+            let range = if nearest.is_some() && self.emits(object) {
+                rest.until(rest.t_max.next_up())
+            } else {
+                rest
+            };
+            if let Some(crossing) = object.shape.nearest(&range, &self.solver, work) {
                 rest.t_max = crossing.t;
                 nearest = Some((index, crossing));
             }
@@ -114,7 +120,7 @@ impl Scene {
                 self.meet_solved(first, &mut rest, &mut nearest, work);
             } else {
                 work.surface_tests += (rays.len() * run.len()) as u64;
-                meet_in_lanes(run, first, &mut rest, &mut nearest);
+                self.meet_in_lanes(run, first, &mut rest, &mut nearest);
             }
             first += run.len();
         }
@@ -139,13 +145,43 @@ impl Scene {
         }
     }
 
+    /// Rays against objects that need no solver, the first of which has the number `first`.
+    fn meet_in_lanes(
+        &self,
+        objects: &[Object],
+        first: usize,
+        rest: &mut [Ray],
+        nearest: &mut [Option<(usize, Crossing)>],
+    ) {
+        for (rays, nearest) in rest.chunks_mut(WIDTH).zip(nearest.chunks_mut(WIDTH)) {
+            let mut packet = Packet::new(rays);
+            for (number, object) in (first..).zip(objects) {
+                packet.meet(&object.shape, number, self.emits(object));
+            }
+            for (lane, (ray, nearest)) in rays.iter_mut().zip(nearest).enumerate() {
+                if let Some((object, t)) = packet.nearest(lane) {
+                    ray.t_max = t;
+                    *nearest = Some((
+                        object,
+                        Crossing {
+                            t,
+                            piece: 0,
+                            u: 0.0,
+                        },
+                    ));
+                }
+            }
+        }
+    }
+
     /// The full hit of a crossing with an object.
     pub fn hit(&self, ray: &Ray, object: usize, crossing: Crossing) -> Hit {
         let hit = self.objects[object].shape.hit(ray, crossing);
         Hit { object, ..hit }
     }
 
-    /// Every hit inside the ray's open range, by rising t; hits at the same t in the order of the objects.
+    /// Every hit inside the ray's open range, by rising t; of hits at the same t those of emitters first, then in the order of the
+    /// objects.
     pub fn intersect_all(&self, ray: &Ray, work: &mut Work) -> Vec<Hit> {
         let mut hits = Vec::new();
         for (index, object) in self.objects.iter().enumerate() {
@@ -155,8 +191,13 @@ impl Scene {
                 ..object.shape.hit(ray, crossing)
             }));
         }
-        hits.sort_by(|a, b| a.t.total_cmp(&b.t));
+        let dark = |hit: &Hit| !self.emits(&self.objects[hit.object]);
+        hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(dark(a).cmp(&dark(b))));
         hits
+    }
+
+    fn emits(&self, object: &Object) -> bool {
+        self.materials[object.material].emission.is_some()
     }
 
     /// Whether anything stands inside the ray's open range.
@@ -203,33 +244,5 @@ impl Scene {
             })
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, index)| index)
-    }
-}
-
-/// Rays against objects that need no solver, the first of which has the number `first`.
-fn meet_in_lanes(
-    objects: &[Object],
-    first: usize,
-    rest: &mut [Ray],
-    nearest: &mut [Option<(usize, Crossing)>],
-) {
-    for (rays, nearest) in rest.chunks_mut(WIDTH).zip(nearest.chunks_mut(WIDTH)) {
-        let mut packet = Packet::new(rays);
-        for (number, object) in (first..).zip(objects) {
-            packet.meet(&object.shape, number);
-        }
-        for (lane, (ray, nearest)) in rays.iter_mut().zip(nearest).enumerate() {
-            if let Some((object, t)) = packet.nearest(lane) {
-                ray.t_max = t;
-                *nearest = Some((
-                    object,
-                    Crossing {
-                        t,
-                        piece: 0,
-                        u: 0.0,
-                    },
-                ));
-            }
-        }
     }
 }

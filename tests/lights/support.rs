@@ -32,11 +32,7 @@ pub(crate) fn disc(center: DVec3, normal: DVec3, radius: f64) -> Disc {
 }
 
 pub(crate) fn quad(corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Quad {
-    Quad {
-        corner,
-        edge_u,
-        edge_v,
-    }
+    Quad::new(corner, edge_u, edge_v)
 }
 
 pub(crate) fn point_light(position: DVec3, intensity: Rgb) -> Light {

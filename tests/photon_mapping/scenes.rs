@@ -118,11 +118,7 @@ pub(crate) fn sphere(center: DVec3, radius: f64) -> Shape {
 }
 
 pub(crate) fn quad(corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Shape {
-    Shape::Quad(Quad {
-        corner,
-        edge_u,
-        edge_v,
-    })
+    Shape::Quad(Quad::new(corner, edge_u, edge_v))
 }
 
 pub(crate) fn floor() -> Shape {

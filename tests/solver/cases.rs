@@ -110,7 +110,7 @@ fn n6_the_axis_meets_every_point_of_radius_zero() {
     for crossing in all(&cup(), &axis) {
         let hit = cup().hit(&axis, crossing);
         assert_eq!(hit.normal.y.abs(), 1.0);
-        assert_eq!(hit.theta, 0.0);
+        assert_eq!(hit.theta(), 0.0);
     }
     // Inside a piece: a tip that r crosses, and one that it touches.
     for inside in [Specimen::BothSigns, Specimen::Neck] {

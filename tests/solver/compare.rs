@@ -81,8 +81,8 @@ pub(crate) fn meets(shape: &Revolution, ray: &Ray, expected: &[f64]) {
     assert!(same(shape, ray, &nearest, &first), "{nearest:?} {first:?}");
     for crossing in ours_all {
         let hit = shape.hit(ray, crossing);
-        assert!(hit.point.is_finite() && hit.normal.is_finite() && hit.st.is_finite());
+        assert!(hit.point.is_finite() && hit.normal.is_finite() && hit.st().is_finite());
         assert!((hit.normal.length() - 1.0).abs() < 1e-14);
-        assert!((0.0..std::f64::consts::TAU).contains(&hit.theta));
+        assert!((0.0..std::f64::consts::TAU).contains(&hit.theta()));
     }
 }

@@ -340,8 +340,8 @@ fn n40_theta_is_in_one_turn_on_both_sides_of_zero() {
         let r = ray([x, 1.0, 3.0], [0.0, 0.0, -1.0]);
         let crossings = all(&paraboloid(), &r);
         let hit = paraboloid().hit(&r, crossings[0]);
-        assert!((0.0..std::f64::consts::TAU).contains(&hit.theta));
-        let from_zero = hit.theta.min(std::f64::consts::TAU - hit.theta);
+        assert!((0.0..std::f64::consts::TAU).contains(&hit.theta()));
+        let from_zero = hit.theta().min(std::f64::consts::TAU - hit.theta());
         assert!((from_zero - x.abs()).abs() < 1e-6);
     }
 }

@@ -359,7 +359,7 @@ fn the_floor_of_the_box_has_the_phase_of_its_reference() {
             DVec3::new(0.2, 0.2, 0.25)
         };
         assert_eq!(
-            scene.material(&hit).diffuse.as_ref().unwrap().at(hit.st),
+            scene.material(&hit).diffuse.as_ref().unwrap().at(hit.st()),
             expected,
             "({x}, {z})"
         );

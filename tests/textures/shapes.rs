@@ -93,9 +93,9 @@ impl Shapes {
             .0
             .intersect(&ray, &mut Work::default())
             .expect("a surface");
-        assert!(hit.st.is_finite());
+        assert!(hit.st().is_finite());
         let pattern = self.0.material(&hit).diffuse.as_ref().unwrap();
-        (hit.st, pattern.at(hit.st).x)
+        (hit.st(), pattern.at(hit.st()).x)
     }
 
     fn colour(&self, origin: DVec3, direction: DVec3) -> f64 {

@@ -12,13 +12,13 @@ mod placement;
 mod solve;
 
 use super::bounds::{Aabb, Bounding, Cylinder, Volume};
-use super::hit::{Crossing, Hit};
+use super::hit::{Chart, Crossing, Hit};
 use super::profile::{Piece, Profile};
 use super::ray::Ray;
-use super::sphere::{Sphere, azimuth};
+use super::sphere::Sphere;
 use clearance::Clearance;
 use clipping::ClippingSettings;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use newton::NewtonSettings;
 pub use placement::Placement;
 use std::sync::OnceLock;
@@ -111,7 +111,6 @@ impl Revolution {
         };
         let (sin, cos) = meridian(local.x, local.z);
         let on_surface = DVec3::new(radius * sin, height, radius * cos);
-        let theta = azimuth(sin, cos);
         let pieces = self.profile.pieces().len() as f64;
         Hit {
             t: crossing.t,
@@ -121,11 +120,11 @@ impl Revolution {
             object: 0,
             piece: crossing.piece,
             u: crossing.u,
-            theta,
-            st: DVec2::new(
-                theta / std::f64::consts::TAU,
-                (f64::from(crossing.piece) + crossing.u) / pieces,
-            ),
+            chart: Chart::Round {
+                sin,
+                cos,
+                t: (f64::from(crossing.piece) + crossing.u) / pieces,
+            },
         }
     }
 
@@ -233,6 +232,7 @@ fn point_error(profile: &Profile, placement: &Placement) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
 
     fn close(a: DVec3, b: DVec3, tolerance: f64) -> bool {
         (a - b).abs().max_element() <= tolerance
@@ -347,8 +347,8 @@ mod tests {
                 u: 0.25,
             };
             let hit = hourglass.hit(&ray, crossing);
-            assert!((hit.st - DVec2::new(s, 2.25 / 6.0)).length() < 1e-15);
-            assert!((hit.theta - s * std::f64::consts::TAU).abs() < 1e-14);
+            assert!((hit.st() - DVec2::new(s, 2.25 / 6.0)).length() < 1e-15);
+            assert!((hit.theta() - s * std::f64::consts::TAU).abs() < 1e-14);
             assert_eq!((hit.u, hit.piece, hit.t), (0.25, 2, 8.8));
         }
     }

@@ -389,6 +389,8 @@ mod tests {
         let check = judge(&moved, &table(8, bell));
         assert_eq!(check.verdict, GoldenVerdict::Different);
         assert!(check.p_mean > 0.01 && check.p_blocks < LEVEL, "{check:?}");
+        // Two families share the level.
+        assert_eq!(check.p, (2.0 * check.p_blocks).min(1.0));
         assert!(check.detectable_block < 0.3);
         assert!(check.detectable_block > check.detectable);
     }

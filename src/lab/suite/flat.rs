@@ -207,11 +207,7 @@ mod tests {
             let radius = s.range(0.5, 3.0);
             let normal = b.normalize();
             let flat = (
-                Quad {
-                    corner: a,
-                    edge_u: b,
-                    edge_v: c,
-                },
+                Quad::new(a, b, c),
                 Disc {
                     center: a,
                     normal,
@@ -254,11 +250,7 @@ mod tests {
         );
         let off = Ray::new(DVec3::new(1.5_f64.next_up(), -2.0, 0.0), DVec3::Y);
         assert!(sphere(&ball, &off).is_empty());
-        let tile = Quad {
-            corner: DVec3::ZERO,
-            edge_u: DVec3::X,
-            edge_v: DVec3::Z,
-        };
+        let tile = Quad::new(DVec3::ZERO, DVec3::X, DVec3::Z);
         let down = |x: f64| Ray::new(DVec3::new(x, 1.0, 0.5), -DVec3::Y);
         assert_eq!(quad(&tile, &down(1.0)).len(), 1);
         assert!(quad(&tile, &down(1.0_f64.next_up())).is_empty());

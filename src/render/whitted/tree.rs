@@ -123,7 +123,7 @@ impl Whitted<'_> {
     /// The cell of the diffuse pattern at a hit.
     fn cell(&self, hit: &Hit) -> [i64; 2] {
         let diffuse = self.scene.material(hit).diffuse.as_ref();
-        diffuse.map_or([0; 2], |pattern| pattern.cell(hit.st))
+        diffuse.map_or([0; 2], |pattern| pattern.cell(hit.st()))
     }
 
     /// Emission and directly received light at a hit; tells the fingerprint, if there is one, what the lights and the pattern do.

@@ -185,11 +185,8 @@ fn quad(table: &Table) -> Result<Shape, SceneError> {
             .require("edge_v", "a vector [x, y, z]")?
             .expected("an edge not parallel to edge_u, with some area between them"));
     }
-    Ok(Shape::Quad(Quad {
-        corner: point(table, "corner")?,
-        edge_u,
-        edge_v,
-    }))
+    let corner = point(table, "corner")?;
+    Ok(Shape::Quad(Quad::new(corner, edge_u, edge_v)))
 }
 
 const PROFILE: &str = "a list of pieces of 4 control points [radius, height]";

@@ -9,7 +9,7 @@ mod volumes;
 
 use aim::{all_rays, rays};
 use glam::DVec3;
-use photolathe::geometry::bounds::Cylinder;
+use photolathe::geometry::bounds::{Bounding, Cylinder, Volume};
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver, exact};
@@ -341,4 +341,69 @@ fn most_rays_that_pass_by_are_culled() {
         }
     }
     assert!(4 * culled > 3 * missed, "{culled} of {missed}");
+}
+
+/// Its centre is the cylinder's, and the rims of the cylinder lie on it, wherever the surface stands.
+#[test]
+fn the_bounding_ball_passes_through_both_rims() {
+    let axis = DVec3::new(1.0, -2.0, 0.5);
+    for placement in [
+        Placement::identity(),
+        Placement::new(DVec3::new(3.0, -2.0, 5.0), axis, 70.0, 2.5),
+    ] {
+        for profile in [Profile::cup(), Profile::hourglass(), reversed()] {
+            let Cylinder {
+                radius,
+                bottom,
+                top,
+            } = Cylinder::of(&profile);
+            let ball = Revolution::new(profile, placement).bounding_sphere();
+            for height in [bottom, top] {
+                for theta in (0..12).map(|k| 0.5 * f64::from(k)) {
+                    let (sin, cos) = libm::sincos(theta);
+                    let rim = DVec3::new(radius * sin, height, radius * cos);
+                    let distance = ball.center.distance(placement.point_to_world(rim));
+                    assert!(
+                        (distance / ball.radius - 1.0).abs() < 1e-14,
+                        "{placement:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A tube whose rims lie on every volume around it.
+fn tube() -> Profile {
+    let wall = Piece {
+        radius: [1.0; 4],
+        height: [-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0],
+    };
+    Profile::new(vec![wall]).expect("one piece")
+}
+
+/// Rays that pass through the wall less than the rounding of their way below its rim, nearly within the tangent plane of the ball.
+#[test]
+fn rays_from_afar_through_a_rim_are_culled_by_no_volume() {
+    let tube = tube();
+    let mut met = 0;
+    for k in 0..2000 {
+        let (sin, cos) = libm::sincos(0.7 * f64::from(k));
+        let out = DVec3::new(sin, 0.0, cos);
+        let direction = (out - DVec3::Y).normalize();
+        let below = libm::exp10(-9.0 - 0.003 * f64::from(k));
+        let rim = out + (1.0 - below) * DVec3::Y;
+        let ray = Ray::new(
+            rim - libm::exp10(0.004 * f64::from(k)) * direction,
+            direction,
+        );
+        let crossings = exact::crossings(&tube, &ray);
+        met += crossings.len();
+        for kind in Bounding::ALL {
+            let interval = Volume::new(kind, &tube).interval(&ray);
+            let holds = |t: f64| interval.is_some_and(|(low, high)| low <= t && t <= high);
+            assert!(crossings.iter().all(|c| holds(c.t)), "{kind:?} {ray:?}");
+        }
+    }
+    assert!(met > 500, "{met}");
 }

@@ -426,6 +426,17 @@ fn ranges_contain_touch_or_miss_the_interval() {
     assert_eq!(range(1.1, 1.9), Verdict::Pass);
     assert_eq!(range(0.9, 1.9), Verdict::Inconclusive);
     assert_eq!(range(2.1, 2.2), Verdict::Fail);
+    assert_eq!(range(0.8, 0.9), Verdict::Fail);
+}
+
+/// Four standard errors raise doubt at .001; a second look rejects beyond 4.6, though one look alone would only beyond 5.9.
+#[test]
+fn a_second_look_rejects_at_its_own_level() {
+    let look = |value| Claim::null(subject("n", Effort::Smoke), estimate(value, 1.0), 0.0, 9.0);
+    let verdict = |second: Option<&Claim>| look(4.0).looked_at_again(second).verdict;
+    assert_eq!(look(4.0).doubt, Doubt::First);
+    assert_eq!([None, Some(&look(4.0))].map(verdict), [Verdict::Pass; 2]);
+    assert_eq!(verdict(Some(&look(5.0))), Verdict::Fail);
 }
 
 #[test]

@@ -10,7 +10,10 @@ use photolathe::geometry::shape::Shape;
 use photolathe::geometry::sphere::Sphere;
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::work::Work;
+use photolathe::scene::Scene;
+use photolathe::scene::file::parse;
 use photolathe::scene::sampling::uniform_sphere;
+use std::path::Path;
 
 fn unit_sphere() -> Sphere {
     Sphere {
@@ -364,4 +367,63 @@ fn tangents_make_a_right_handed_frame() {
     }
     assert_eq!(tangents(DVec3::Y), (DVec3::X, -DVec3::Z));
     assert_eq!(tangents(DVec3::Z), (DVec3::X, DVec3::Y));
+}
+
+const NESTED: &str = r#"
+[camera]
+eye = [0, 0, 9]
+target = [0, 0, 0]
+vertical_fov_deg = 30
+[film]
+width = 1
+height = 1
+[material.glass]
+dielectric = { ior = 1.5 }
+"#;
+
+fn spheres(radii: &[f64]) -> Scene {
+    let sphere = |radius| {
+        format!("[[sphere]]\ncenter = [0, 0, 0]\nradius = {radius}\nmaterial = \"glass\"\n")
+    };
+    let text = NESTED.to_owned() + &radii.iter().map(sphere).collect::<String>();
+    parse(&text, "scene", Path::new("."), &[]).expect("a scene")
+}
+
+#[test]
+fn hits_at_one_place_come_in_the_order_of_their_objects() {
+    let scene = spheres(&[1.0, 1.0, 0.5, 1.0]);
+    let through = ray([0.0, 0.0, 9.0], [0.0, 0.0, -1.0]);
+    let hits = scene.intersect_all(&through, &mut Work::default());
+    let objects: Vec<usize> = hits.iter().map(|hit| hit.object).collect();
+    assert_eq!(objects, [0, 1, 3, 2, 2, 0, 1, 3]);
+    let first = scene.intersect(&through, &mut Work::default());
+    assert_eq!(first.expect("a sphere").object, 0);
+}
+
+#[test]
+fn a_point_in_nested_glass_is_in_the_innermost() {
+    for (radii, innermost) in [([1.0, 3.0, 2.0], 0), ([3.0, 2.0, 1.0], 2)] {
+        let scene = spheres(&radii);
+        let medium = |x| scene.medium_at(DVec3::new(x, 0.0, 0.0), &mut Work::default());
+        assert_eq!(medium(0.5), Some(innermost));
+        assert_eq!(medium(2.5), radii.iter().position(|&radius| radius == 3.0));
+        assert_eq!(medium(3.5), None);
+    }
+}
+
+/// Inside, a start may come out on the far side; outside, there is room however small the ball.
+#[test]
+fn only_the_inside_of_a_ball_may_be_too_thin_to_start_in() {
+    let ball = Shape::Sphere(Sphere {
+        center: DVec3::new(1e6, 0.0, 0.0),
+        radius: 1e-9,
+    });
+    let towards = ray([1e6, 0.0, 5.0], [0.0, 0.0, -1.0]);
+    let crossing = ball.nearest(&towards, &Solver::Bernstein, &mut Work::default());
+    let hit = ball.hit(&towards, crossing.expect("through the centre"));
+    for (side, unseparated) in [(Side::Front, 0), (Side::Back, 1)] {
+        let mut work = Work::default();
+        ball.leave(&hit, side, DVec3::Z, &mut work);
+        assert_eq!(work.unseparated, unseparated, "{side:?}");
+    }
 }

@@ -2,12 +2,14 @@
 
 use super::support::{line, placed, polygon};
 use glam::DVec3;
+use photolathe::geometry::hit::Crossing;
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
-use photolathe::geometry::revolution::Solver;
 use photolathe::geometry::revolution::membership::{Membership, membership};
+use photolathe::geometry::revolution::{Solver, exact};
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::work::Work;
+use photolathe::scene::sampling::uniform_sphere;
 
 /// Outside, on, or inside by the sign of a function that is negative inside.
 fn by_sign(value: f64) -> Membership {
@@ -164,4 +166,54 @@ fn extreme_points_and_sizes_have_an_answer() {
     for bad in [DVec3::NAN, DVec3::INFINITY, DVec3::splat(f64::MAX)] {
         assert_eq!(membership(&sized(1.0), bad), Membership::Outside);
     }
+}
+
+/// Points a few roundings off the surface, on both sides and on it: along any line from a point inside, the exact solver counts an odd
+/// number of crossings.
+#[test]
+fn within_rounding_of_the_surface_membership_is_the_parity_of_exact_crossings() {
+    let mut stream = Stream::new(6, Purpose::Experiment, 0);
+    let mut told = [0; 3];
+    for profile in [Profile::cup(), Profile::hourglass()] {
+        let shape = placed(profile);
+        for _ in 0..400 {
+            let away = uniform_sphere(stream.uniform2());
+            let piece = (6.0 * stream.uniform()) as u32;
+            let crossing = Crossing {
+                t: 0.0,
+                piece,
+                u: stream.uniform(),
+            };
+            let hit = shape.hit(&Ray::new(away, away), crossing);
+            let off = stream.range(-4.0, 4.0) * f64::EPSILON;
+            let point = hit.point + off * hit.normal;
+            let line = Ray::new(point, uniform_sphere(stream.uniform2()));
+            let odd = exact::crossings(shape.profile(), &line).len() % 2 == 1;
+            match shape.membership(point) {
+                Membership::On => told[2] += 1,
+                inside => {
+                    assert_eq!(inside == Membership::Inside, odd, "{point} {inside:?}");
+                    told[usize::from(odd)] += 1;
+                }
+            }
+        }
+    }
+    assert!(told[0] > 200 && told[1] > 200, "{told:?}");
+}
+
+/// An arch from (3, 0) over (2, 3/4) to (1, 0): at the very height of its top, a half-line touches it and passes no wall.
+#[test]
+fn a_half_line_that_touches_the_top_of_an_arch_crosses_nothing() {
+    let arch = Piece {
+        radius: [3.0, 3.0, 1.0, 1.0],
+        height: [0.0, 1.0, 1.0, 0.0],
+    };
+    let arch = Profile::new(vec![arch]).unwrap();
+    let at = |x: f64, y: f64| membership(&arch, DVec3::new(x, y, 0.0));
+    for x in [0.5, 2.0_f64.next_down(), 2.0_f64.next_up()] {
+        assert_eq!(at(x, 0.75), Membership::Outside, "{x}");
+    }
+    assert_eq!(at(2.0, 0.75), Membership::On);
+    assert_eq!(at(2.0, 0.75_f64.next_down()), Membership::Inside);
+    assert_eq!(at(0.5, 0.5), Membership::Outside);
 }

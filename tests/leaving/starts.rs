@@ -8,7 +8,7 @@ use glam::DVec3;
 use photolathe::geometry::hit::{Crossing, Side};
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
-use photolathe::geometry::revolution::{Revolution, Solver};
+use photolathe::geometry::revolution::{Placement, Revolution, Solver};
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::work::Work;
 
@@ -81,6 +81,21 @@ fn a_wall_of_a_billionth_at_coordinates_of_a_million_is_not_jumped() {
 fn a_wall_thinner_than_the_offset_is_not_jumped() {
     let wall = placed(ring(1.0, 1.0 + 3e-14));
     assert!(repaired(leave_solid, &wall, &along_the_walls()) > 100);
+}
+
+/// Errors and thicknesses are compared in one frame: a surface of any size is left as the same one of size 1.
+#[test]
+fn a_wall_thinner_than_the_offset_is_not_jumped_at_any_scale() {
+    for exponent in [-20, 20] {
+        let scale = libm::scalbn(1.0, exponent);
+        let placement = Placement::new(DVec3::ZERO, DVec3::Y, 0.0, scale);
+        let wall = Revolution::new(ring(1.0, 1.0 + 3e-14), placement);
+        assert!(repaired(leave_solid, &wall, &along_the_walls()) > 100);
+        let cup = Revolution::new(Profile::cup(), placement);
+        let places: Places = (1..40).map(|k| (k % 6, 0.3)).collect();
+        let ours = leave_solid(&cup, &places, certified);
+        assert_eq!((ours.wrong, ours.work.starts_tested), (0, 0), "{ours:?}");
+    }
 }
 
 /// Three walls, each of a thickness and as far from the next: behind a gap and a whole wall the parity is right again.

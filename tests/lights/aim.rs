@@ -203,6 +203,9 @@ fn nothing_is_drawn_where_there_is_nothing_to_aim_at() {
     assert!(same(area(Emitter::Quad(lamp), Side::Front), &invisible));
     assert!(same(beam(DVec3::Y, DVec3::NEG_Y, 1.0, Rgb::ONE), &below));
     assert!(!same(area(Emitter::Quad(lamp), Side::Front), &below));
+    // Cut by the lamp's plane, its centre behind: what is before it is worth aiming at.
+    let cut = [sphere(v(1.5, 0.1, 0.0), 0.5)];
+    assert!(!same(area(Emitter::Quad(lamp), Side::Front), &cut));
 
     // What is flat, diffuse, or a mirror with a diffuse part is no target; a mirror ball is.
     let diffuse = Some(Pattern::Constant(Rgb::splat(0.5)));

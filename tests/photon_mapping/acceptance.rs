@@ -4,9 +4,9 @@ use crate::scenes::*;
 use glam::DVec3;
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::render::film::Film;
-use photolathe::render::photon::arrivals::Arrival;
+use photolathe::render::photon::arrivals::{Arrival, Arrivals};
 use photolathe::render::photon::camera::HitPoint;
-use photolathe::render::photon::gather::{Gathered, accepts, radiance};
+use photolathe::render::photon::gather::{Gathered, accepts, gather, radiance};
 use photolathe::render::photon::trace::trace;
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
@@ -206,4 +206,42 @@ fn diffuse_bounces_follow_the_cosine() {
     };
     assert!(lands_evenly(&leave(|u| cosine_hemisphere(DVec3::Y, u))));
     assert!(!lands_evenly(&leave(uniform_sphere)));
+}
+
+/// Flat surfaces, where one number stands for object and side, and others: the photons that count are those that [`accepts`] names.
+#[test]
+fn gathering_takes_the_photons_that_are_accepted_on_flat_and_other_surfaces() {
+    let scene = nadir(0.5);
+    for normal in [DVec3::Y, DVec3::new(0.6, 0.8, 0.0)] {
+        let mut arrivals = Arrivals::of(&scene);
+        let photons = [normal, -normal].into_iter().flat_map(|normal| {
+            (0..6).map(move |events| Arrival {
+                flux: Rgb::ONE,
+                normal,
+                object: 0,
+                events,
+            })
+        });
+        photons.for_each(|photon| arrivals.push(&photon));
+        let within: Vec<u32> = (0..12).collect();
+        for (events, depth) in [
+            (0, None),
+            (0, Some(3)),
+            (1, Some(3)),
+            (2, Some(3)),
+            (4, Some(3)),
+        ] {
+            let hit_point = HitPoint {
+                object: 0,
+                events,
+                ..hit_point()
+            };
+            let accepted = arrivals
+                .iter()
+                .filter(|one| accepts(&hit_point, one, depth));
+            let none = Gathered::default();
+            let found = gather(&hit_point, &within, &arrivals, depth, none, |_| (1.0, None));
+            assert_eq!(found.photons, accepted.count() as u64, "{events} {depth:?}");
+        }
+    }
 }

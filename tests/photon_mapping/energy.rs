@@ -135,3 +135,22 @@ fn photons_come_in_the_same_order_on_any_number_of_threads() {
     assert!(one.len() > 90_000);
     assert!(one == points(2) && one == points(3));
 }
+
+/// Light that starts in the middle of an absorbing ball meets its wall upright, from inside, again and again:
+/// τ(1 − F)/(1 − F τ²) of it leaves.
+#[test]
+fn light_from_the_middle_of_an_absorbing_ball_loses_what_fresnel_and_beer_take() {
+    let scene = scene(
+        1,
+        camera(DVec3::new(0.0, 9.0, 9.0), DVec3::ZERO, 10.0),
+        vec![(sphere(DVec3::ZERO, 1.0), glass(1.5, 0.7))],
+        vec![point_light(DVec3::ZERO, 1.0)],
+    );
+    let n = 20_000;
+    let energy = trace(&scene, 2, 0, n, Some(20)).energy;
+    let (f, tau) = (0.04, libm::exp(-0.7));
+    let expected = tau * (1.0 - f) / (1.0 - f * tau * tau);
+    let share = energy.escaped.x / energy.emitted.x;
+    let sigma = (0.04 * tau * tau / n as f64).sqrt();
+    assert!((share - expected).abs() < 6.0 * sigma, "{share} {expected}");
+}

@@ -2,8 +2,10 @@
 
 use crate::scenes::*;
 use photolathe::render::film::Film;
+use photolathe::render::photon::error::Errors;
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
+use photolathe::scene::Rgb;
 use photolathe::scene::options::{Integrator, Kernel, Rule};
 use std::f64::consts::PI;
 
@@ -106,4 +108,54 @@ fn p6_a_radius_that_would_underflow_stays_at_its_floor() {
     let floor = mapper.hit_points()[0].least_radius_squared;
     assert_eq!(mapper.radii_squared(), [floor]);
     assert!(floor > 0.0 && floor < 1e-20 && film.mean().is_finite());
+}
+
+/// The estimated bias is 2 ∫sw of what the disc's estimate reads: all, two thirds and nothing of ∫ (6 s − 3) E ds. Six errors of it
+/// are .02.
+#[test]
+fn every_kernel_estimates_a_bias_of_its_own() {
+    let read = {
+        let at = |i: u32| {
+            let s = (f64::from(i) + 0.5) / 2000.0;
+            (6.0 * s - 3.0) * libm::pow(1.0 + s, -1.5)
+        };
+        (0..2000).map(at).sum::<f64>() / 2000.0
+    };
+    let scene = nadir(0.5);
+    for (kernel, share) in [
+        (Kernel::Disc, 1.0),
+        (Kernel::Epanechnikov, 2.0 / 3.0),
+        (Kernel::FourthOrder, 0.0),
+    ] {
+        let settings = Settings {
+            estimate_errors: true,
+            ..one_hit_point(kernel, Rule::Constant, 4000, 1.0)
+        };
+        let mut mapper = PhotonMapper::new(&scene, &settings).expect("a scene for photons");
+        let mut film = Film::new(scene.film);
+        for pass in 0..200 {
+            mapper.pass(pass, &mut film, &mut Phases::default());
+        }
+        let tally = mapper.errors().expect("as the settings ask").tallies()[0];
+        let (low, high) = tally.interval(0.5);
+        let bias = (tally.reading() - 0.5 * (low + high)) * PI / 0.5;
+        assert!(
+            (bias - share * read).abs() < 0.02,
+            "{kernel:?} {bias} {read}"
+        );
+    }
+}
+
+#[test]
+fn errors_are_those_of_the_mean_of_the_channels() {
+    let mut errors = Errors::new(1);
+    for pass in [1.0, 3.0] {
+        errors.add(
+            &[pass * Rgb::new(2.0, 0.0, 1.0)],
+            &[Rgb::new(0.0, 0.0, 0.6)],
+        );
+    }
+    let tally = errors.tallies()[0];
+    assert_eq!((tally.reading(), tally.noise_squared()), (2.0, 1.0));
+    assert!((tally.bias_squared() - 0.04).abs() < 1e-15);
 }

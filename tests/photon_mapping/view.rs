@@ -9,7 +9,7 @@ use photolathe::render::photon::camera::{HitPoint, PIXELS_PER_RADIUS, Sampling, 
 use photolathe::render::photon::trace::trace;
 use photolathe::render::photon::{Phases, PhotonMapper};
 use photolathe::render::settings::Settings;
-use photolathe::scene::material::Material;
+use photolathe::scene::material::{Material, Side};
 use photolathe::scene::options::Integrator;
 use photolathe::scene::{FilmSize, Rgb, Scene};
 use std::f64::consts::PI;
@@ -224,6 +224,66 @@ fn every_radius_shrinks_by_its_own_photons() {
         for (index, &square) in mapper.radii_squared().iter().enumerate() {
             let shrink = before[region(index, second)].shrink;
             assert_eq!(square, shrink * (RADIUS * RADIUS));
+        }
+    }
+}
+
+/// A glowing floor by way of a mirror is one event away: seen from a greatest depth of one on, as `path` sees it.
+#[test]
+fn emission_is_seen_through_no_more_events_than_the_greatest_depth() {
+    let mirror = Material {
+        mirror: Some(Rgb::splat(0.8)),
+        ..plain()
+    };
+    let corner = EYE + DVec3::new(-1.0, 1.0, -1.0);
+    let ceiling = quad(corner, 2.0 * DVec3::X, 2.0 * DVec3::Z);
+    let lamp = glowing(5.0, Side::Both, plain());
+    let scene = scene(
+        1,
+        camera(EYE, EYE + DVec3::Y, 0.01),
+        vec![(floor(), lamp), (ceiling, mirror)],
+        Vec::new(),
+    );
+    for (depth, seen) in [(Some(0), 0.0), (Some(1), 4.0), (Some(2), 4.0), (None, 4.0)] {
+        let sampling = Sampling {
+            max_depth: depth,
+            ..sampling(2)
+        };
+        let emission = view(&scene, &sampling).emission[0];
+        assert!(
+            (emission - seen).abs().max_element() < 1e-12,
+            "{depth:?} {emission}"
+        );
+    }
+}
+
+/// Through the middle of a glass ball, F = .04: the far side, what the front reflects, and what comes back from within, .96² · .04.
+/// Samples that stay for all passes follow these whatever their numbers.
+#[test]
+fn samples_that_stay_follow_both_ways_however_faint() {
+    let things = vec![(sphere(DVec3::ZERO, 0.2), glass(1.5, 0.0))];
+    let room = room(diffuse(0.5), things, Vec::new());
+    let scene = Scene {
+        camera: camera(0.5 * DVec3::Z, DVec3::ZERO, 1e-3),
+        ..room
+    };
+    for seed in 0..20 {
+        let sampling = Sampling {
+            seed,
+            ..sampling(1)
+        };
+        for pixel in view(&scene, &sampling)
+            .hit_points
+            .chunk_by(|a, b| a.pixel == b.pixel)
+        {
+            let mut weights: Vec<f64> = pixel.iter().map(|hit| 2.0 * PI * hit.weight.x).collect();
+            // What roulette leaves of lighter ones weighs .0216.
+            weights.retain(|&weight| weight > 0.03);
+            weights.sort_by(f64::total_cmp);
+            let expected = [0.96 * 0.96 * 0.04, 0.04, 0.96 * 0.96];
+            let right = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-4;
+            assert_eq!(weights.len(), 3, "{weights:?}");
+            assert!(weights.iter().zip(&expected).all(right), "{weights:?}");
         }
     }
 }

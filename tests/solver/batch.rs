@@ -280,3 +280,91 @@ fn rays_of_any_slope_pass_flat_pieces_without_exact_arithmetic() {
         }
     }
 }
+
+/// Every quantity scales by powers of two: bounds of t are in units of the ray's t, those of u and of the normal have none.
+#[test]
+fn bounds_scale_with_the_surface_and_with_the_direction() {
+    let cup = Profile::cup();
+    let large = |piece: &Piece| Piece {
+        radius: piece.radius.map(|r| 1024.0 * r),
+        height: piece.height.map(|h| 1024.0 * h),
+    };
+    let large = Profile::new(cup.pieces().iter().map(large).collect()).unwrap();
+    let [cup, large] = [cup, large].map(|p| Revolution::new(p, Placement::identity()));
+    let mut bounded = 0;
+    for ray in rays(&cup, Family::Random, 100) {
+        let Some(found) = ours(&cup, &ray) else {
+            continue;
+        };
+        let bound = cup.certainty(&ray, &found);
+        let quick = Ray::new(ray.origin, 8.0 * ray.direction);
+        let there = Ray::new(1024.0 * ray.origin, ray.direction);
+        for (shape, ray, unit) in [(&cup, quick, 0.125), (&large, there, 1024.0)] {
+            let t = found.t * unit;
+            let scaled = shape.certainty(&ray, &Crossing { t, ..found });
+            assert_eq!(scaled.t, bound.t * unit, "{unit} {ray:?}");
+            assert_eq!((scaled.u, scaled.normal), (bound.u, bound.normal));
+        }
+        bounded += u32::from(bound.t < f64::INFINITY);
+    }
+    assert!(bounded > 50, "{bounded}");
+}
+
+/// The bound is no guess of the rounding: it is of the crossing that is asked about, however far that is off.
+#[test]
+fn a_crossing_that_was_moved_off_is_within_its_own_bounds() {
+    let cup = Revolution::new(Profile::cup(), Placement::identity());
+    let mut bounded = 0;
+    for ray in rays(&cup, Family::Random, 200) {
+        let Some(found) = ours(&cup, &ray) else {
+            continue;
+        };
+        for off in [1e-3, -1e-3, 1e-6, -1e-6] {
+            let t = found.t + off;
+            let bound = cup.certainty(&ray, &Crossing { t, ..found });
+            assert!(bound.t >= off.abs(), "{off} {bound:?} {ray:?}");
+            bounded += u32::from(bound.t < 9.0 * off.abs());
+        }
+    }
+    assert!(bounded > 200, "{bounded}");
+}
+
+/// A ray through the upper rim of a drum: whether the crossing is told of the wall or of the lid, the true one may be on the other.
+#[test]
+fn the_bound_of_a_normal_at_a_sharp_edge_takes_in_the_edge_from_both_sides() {
+    let straight = |a: [f64; 2], b: [f64; 2]| {
+        let at = |w: f64| [0, 1].map(|k| a[k] + w * (b[k] - a[k]));
+        Piece::new([a, at(1.0 / 3.0), at(2.0 / 3.0), b])
+    };
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let drum = corners.windows(2).map(|pair| straight(pair[0], pair[1]));
+    let drum = Profile::new(drum.collect()).unwrap();
+    let drum = Revolution::new(drum, Placement::identity());
+    let direction = DVec3::new(-1.0, -1.0, 0.2);
+    let ray = Ray::new(DVec3::new(1.0, 1.0, 0.0) - 2.0 * direction, direction);
+    for (piece, u) in [(1, 1.0), (2, 0.0)] {
+        let bound = drum.certainty(&ray, &Crossing { t: 2.0, piece, u });
+        let quarter = std::f64::consts::FRAC_PI_2;
+        assert!(
+            (quarter..quarter + 1e-9).contains(&bound.normal),
+            "{bound:?}"
+        );
+    }
+}
+
+/// The first and the third piece are one wall: they meet every ray at the same t, and the one counts that the ray's order names first.
+#[test]
+fn of_coincident_pieces_a_batch_names_the_one_that_a_single_ray_does() {
+    let points = [[1.0, 0.0], [3.0, 1.0], [2.0, 2.0], [2.5, 3.0]];
+    let back = [points[3], points[2], points[1], points[0]];
+    let profile = Profile::new([points, back, points].map(Piece::new).to_vec()).unwrap();
+    let shape = Revolution::new(profile, Placement::identity());
+    for family in [Family::Random, Family::Inside] {
+        let rays = rays(&shape, family, 500);
+        let mut found = vec![None; rays.len()];
+        shape.nearest_many(&rays, &Solver::Bernstein, &mut found, &mut Work::default());
+        for (ray, found) in rays.iter().zip(found) {
+            assert_eq!(bits(found), bits(ours(&shape, ray)), "{ray:?}");
+        }
+    }
+}

@@ -1,12 +1,13 @@
 //! The hard cases that are Newton's own: tangents, joints, singular starts, turns, cycles, equal starts.
 
-use super::{find, planted, settings};
+use super::{crossings, find, planted, settings, test_ray};
 use glam::DVec3;
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::newton::{NewtonSettings, StartPolicy, System};
 use photolathe::geometry::revolution::{Placement, Revolution, exact};
 use photolathe::lab::families::{Family, Target};
+use photolathe::numeric::work::Work;
 use std::f64::consts::TAU;
 
 /// A barrel of radius 5/2 at height 3/2, where a ray in a direction between profile and circle touches it with curvature .87.
@@ -170,4 +171,44 @@ fn n42_equal_starts_give_one_root_and_miss_the_others() {
     assert!(roots.iter().all(|root| *root == roots[0]));
     let root = roots[0].unwrap();
     assert!((root.x - 11.0).abs() < 1e-9, "{root}");
+}
+
+/// N18: two sheets of one piece at the same place are two crossings, however near in t.
+#[test]
+fn n18_both_sheets_are_met_where_a_profile_cuts_itself() {
+    let lasso = Piece {
+        radius: [8.0, 0.0, 0.0, 8.0],
+        height: [0.0, 9.0, -6.0, 3.0],
+    };
+    let lasso = Profile::new(vec![lasso]).unwrap();
+    // Where u (1 − u) = 1/16: h = 3/2 twice, r = 13/2.
+    let crossing = DVec3::new(6.5, 1.5, 0.0);
+    let direction = DVec3::new(-1.0, -0.3, 0.1);
+    let ray = Ray::new(crossing - 9.0 * direction, direction);
+    let at_it = |t: &&f64| (**t - 9.0).abs() < 1e-6;
+    let found = find(&lasso, &settings(200, StartPolicy::RandomU), &ray);
+    assert_eq!(found.iter().filter(at_it).count(), 2, "{found:?}");
+}
+
+/// The steps of one start for each piece tell which start it was. The first and the third piece are the same wall.
+#[test]
+fn rays_and_pieces_have_starts_of_their_own() {
+    let points = [[1.0, 0.0], [3.0, 1.0], [2.0, 2.0], [2.5, 3.0]];
+    let back = [points[3], points[2], points[1], points[0]];
+    let wall = [points, back, points].map(Piece::new);
+    let steps = |pieces: usize, ray: &Ray| {
+        let profile = Profile::new(wall[..pieces].to_vec()).unwrap();
+        let mut work = Work::default();
+        crossings(&profile, &settings(1, StartPolicy::RandomU), ray, &mut work);
+        work.solver_iterations
+    };
+    let (mut rays, mut pieces) = (0, 0);
+    for index in 0..100 {
+        let ray = test_ray(index);
+        let mut beside = ray;
+        beside.origin.x = beside.origin.x.next_up();
+        rays += u32::from(steps(1, &ray) != steps(1, &beside));
+        pieces += u32::from(steps(3, &ray) - steps(2, &ray) != steps(1, &ray));
+    }
+    assert!(rays > 50 && pieces > 50, "{rays} {pieces}");
 }

@@ -4,6 +4,7 @@
 //! 2e-9 a test) and the standard error must be small enough to see the stated relative effect.
 
 mod glass;
+mod limits;
 
 use photolathe::render::driver::{Outcome, render_unwatched};
 use photolathe::render::film::Film;

@@ -425,3 +425,22 @@ fn what_cannot_be_written_is_said_and_what_is_not_known_refused() {
             .any(|channel| channel.name.to_string() == "object")
     );
 }
+
+/// A wall is seen from behind and a ball from within: the side that is seen has the normal.
+#[test]
+fn normals_are_those_of_the_side_that_is_seen() {
+    let scene = |thing: &str| {
+        let text = format!(
+            "[camera]\neye = [0, 0, 2]\ntarget = [0, 0, 0]\nvertical_fov_deg = 1\n[film]\nwidth = 3\nheight = 3\n\
+             [material.grey]\ndiffuse = {{ reflectance = [0.5, 0.5, 0.5] }}\n{thing}\nmaterial = \"grey\"\n"
+        );
+        scene_of(&text, "")
+    };
+    let disc = |z: i32| format!("[[disc]]\ncenter = [0, 0, 0]\nnormal = [0, 0, {z}]\nradius = 1");
+    let ball = "[[sphere]]\ncenter = [0, 0, 0]\nradius = 3".to_owned();
+    for thing in [disc(1), disc(-1), ball] {
+        let outcome = rendered(&scene(&thing), &settings(Integrator::Path));
+        let z = floats(&channels(&outcome), "N.Z");
+        assert!(z.iter().all(|z| (z - 1.0).abs() < 1e-3), "{thing} {z:?}");
+    }
+}

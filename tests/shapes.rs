@@ -400,6 +400,74 @@ fn hits_at_one_place_come_in_the_order_of_their_objects() {
     assert_eq!(first.expect("a sphere").object, 0);
 }
 
+/// Lamps of two kinds let into a ceiling of two kinds, listed before and after it, whatever the size of the quads: the lamp is met, alone
+/// or in lanes, and from both sides.
+#[test]
+fn a_lamp_is_met_before_the_ceiling_that_it_lies_in() {
+    const ROOM: &str = r#"
+[camera]
+eye = [0, 0, 9]
+target = [0, 0, 0]
+vertical_fov_deg = 30
+[film]
+width = 1
+height = 1
+[material.wall]
+diffuse = { reflectance = [0.5, 0.5, 0.5] }
+[material.lamp]
+emission = { radiance = [1, 1, 1] }
+[[quad]]
+corner = [-0.3, 1.7, -0.3]
+edge_u = [0.7, 0, 0]
+edge_v = [0, 0, 0.7]
+material = "lamp"
+[[quad]]
+corner = [-3.1, 1.7, -3.3]
+edge_u = [0, 0, 7.3]
+edge_v = [6.7, 0, 0]
+material = "wall"
+[[plane]]
+point = [0.1, 1.7, 0.9]
+normal = [0, 1, 0]
+material = "wall"
+[[disc]]
+center = [0.1, 1.7, 0.9]
+normal = [0, -1, 0]
+radius = 0.45
+material = "lamp"
+"#;
+    let scene = parse(ROOM, "scene", Path::new("."), &[]).expect("a scene");
+    let rays: Vec<Ray> = (0..2000)
+        .map(|index| {
+            let mut stream = Stream::new(6, Purpose::Test, index);
+            let mut level = |size: f64| stream.range(-size, size);
+            let above = if index % 3 == 0 { 3.3 } else { -0.9 };
+            let from = DVec3::new(level(2.0), above, level(2.0));
+            let towards = DVec3::new(
+                level(0.3) + 0.1,
+                1.7,
+                level(0.3) + [0.1, 0.9][index as usize % 2],
+            );
+            Ray::new(from, towards - from)
+        })
+        .collect();
+    let together = scene.intersect_many(&rays, &mut Work::default());
+    let mut lit = 0;
+    for (ray, hit) in rays.iter().zip(together) {
+        let hit = hit.expect("the plane has no end");
+        let place = hit.point;
+        let on_quad = (place.x - 0.05).abs().max((place.z - 0.05).abs()) < 0.35;
+        let on_disc = (place - DVec3::new(0.1, 1.7, 0.9)).length() < 0.45;
+        let lamp = scene.material(&hit).emission.is_some();
+        assert_eq!(lamp, on_quad || on_disc, "{ray:?}");
+        assert_eq!(scene.intersect(ray, &mut Work::default()), Some(hit));
+        let all = scene.intersect_all(ray, &mut Work::default());
+        assert_eq!(scene.material(&all[0]).emission.is_some(), lamp);
+        lit += u32::from(lamp);
+    }
+    assert!(lit > 1000, "{lit}");
+}
+
 #[test]
 fn a_point_in_nested_glass_is_in_the_innermost() {
     for (radii, innermost) in [([1.0, 3.0, 2.0], 0), ([3.0, 2.0, 1.0], 2)] {

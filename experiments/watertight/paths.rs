@@ -15,8 +15,10 @@ const GLASS: f64 = 1.5;
 const MOST_EVENTS: u64 = 64;
 /// A hit from the wrong side within this many error bounds of the start is one of the sheet that the ray leaves.
 const NEAR_IN_ERRORS: f64 = 64.0;
-/// The middle of a straight part shorter than this share of the profile's size may round to the surface.
+/// Points of a straight part shorter than this share of the profile's size may round to the surface.
 const SHORT: f64 = 1e-6;
+/// Places of a straight part where its side is looked at. Where a ray grazes a wall one of them may round to the other side, not two.
+const PLACES: [f64; 3] = [0.375, 0.5, 0.625];
 /// Rays by which paths begin.
 const FAMILIES: [Family; 5] = [
     Family::Random,
@@ -80,7 +82,8 @@ impl Path<'_> {
             return false;
         };
         tally.bounces += 1;
-        if self.is_long(crossing.t) && !self.keeps_its_side(0.5 * crossing.t) {
+        let beyond = |place: &&f64| !self.keeps_its_side(*place * crossing.t);
+        if self.is_long(crossing.t) && PLACES.iter().filter(beyond).count() > 1 {
             tally.leaks += 1;
             return false;
         }
@@ -122,7 +125,7 @@ impl Path<'_> {
         right
     }
 
-    /// Whether the middle of a straight part is clear of the surface, beyond rounding.
+    /// Whether points of a straight part are clear of the surface, beyond rounding.
     fn is_long(&self, t: f64) -> bool {
         let (radius, height) = self.solid.profile().control_size();
         let size = self.solid.placement().scale * (radius + height);
@@ -162,5 +165,36 @@ mod tests {
         let mut stream = Stream::new(1, Purpose::Experiment, 0);
         follow(&can, ray, &mut stream, &mut tally);
         assert_eq!((tally.bounces, tally.leaks), (0, 0));
+    }
+
+    /// Found as a leak of 3.3 million bounces: reflected from the outer wall, the ray passes the inner one at a distance of 1.5e-18, and the
+    /// rounded point there lies 4e-17 beyond it.
+    #[test]
+    fn a_ray_that_grazes_a_wall_midway_keeps_its_side() {
+        let profile = Specimen::ThinWall(1e-3).profile();
+        let can = Revolution::new(profile, Placement::identity());
+        let mut path = Path {
+            solid: &can,
+            ray: Ray::new(
+                DVec3::new(
+                    -0.4531891914605208,
+                    0.17921012230360361,
+                    -0.8914143574921919,
+                ),
+                DVec3::new(0.5113300826277648, 0.8275331732840792, -0.23179817452746632),
+            ),
+            inside: true,
+            left: None,
+        };
+        let middle = 0.5 * 0.159_276_231_576_751_97;
+        assert!(!path.keeps_its_side(middle));
+        let mut tally = Tally::default();
+        path.advance(&mut Stream::new(1, Purpose::Experiment, 0), &mut tally);
+        assert_eq!((tally.bounces, tally.leaks), (1, 0));
+        // On the wrong side all along.
+        path.inside = true;
+        path.ray = Ray::new(DVec3::new(-0.5, 0.1, 0.0), DVec3::X);
+        path.advance(&mut Stream::new(1, Purpose::Experiment, 0), &mut tally);
+        assert_eq!((tally.bounces, tally.leaks), (2, 1));
     }
 }

@@ -222,7 +222,7 @@ mod tests {
         let (mut met, mut won) = (0, 0);
         let winners = [None, Some(2), Some(4)];
         let each = |vectors| winners.map(|winner| (vectors, winner));
-        for (vectors, winner) in Vectors::all().into_iter().flat_map(each) {
+        for (vectors, winner) in Vectors::all().flat_map(each) {
             // A last packet that is not full.
             for rays in rays().chunks(WIDTH) {
                 let mut packet = Packet {

@@ -60,10 +60,10 @@ const THREADS: &str = "threads";
 
 /// The pass that the speed goal names.
 const GOAL: (i64, i64) = (100_000, 256);
-/// Comparisons of one and two threads a replicate.
-const PAIRS: i64 = 3;
 /// CPU seconds that it may take, on one core of some 3 GHz.
 const GOAL_SECONDS: f64 = 0.15;
+/// Comparisons of one and two threads a replicate.
+const PAIRS: i64 = 3;
 /// Bytes a hit point and a stored photon.
 const GOAL_BYTES: [f64; 2] = [300.0, 40.0];
 

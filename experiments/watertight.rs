@@ -21,8 +21,8 @@ pub const EXPERIMENT: Experiment = Experiment {
     prediction: "Never: starts are proven to lie on their side, and every hit or miss is decided.",
     method: "Every check is by exact membership of points (`geometry::revolution::membership`), which shares no code with the \
              solvers. `paths`: random paths that reflect or refract, half and half, at every hit on glass (n = 1.5), aimed \
-             at random, at joints, caps and folds, and past the surface. Each start, and the middle of each straight part longer \
-             than 1e-6 sizes, must be on the path's side; a ray inside must hit; a hit is met from the path's side. A hit from the wrong side within 64 \
+             at random, at joints, caps and folds, and past the surface. Each start, and at least two of three points of each straight part \
+             longer than 1e-6 sizes (in a graze one may round to the other side), must be on the path's side; a ray inside must hit; a hit is met from the path's side. A hit from the wrong side within 64 \
              error bounds of the start is a self-hit, everything else wrong is a leak. `inside`: rays from points inside \
              (uniform, 1e-12 to 1e-3 sizes from the wall, at joints' heights, on the axis), in any direction, level, upright, \
              tangent, at a joint, must hit and leave. `parity`: the number of all crossings before a random point of the ray is \

@@ -369,24 +369,18 @@ fn tangents_make_a_right_handed_frame() {
     assert_eq!(tangents(DVec3::Z), (DVec3::X, DVec3::Y));
 }
 
-const NESTED: &str = r#"
-[camera]
-eye = [0, 0, 9]
-target = [0, 0, 0]
-vertical_fov_deg = 30
-[film]
-width = 1
-height = 1
-[material.glass]
-dielectric = { ior = 1.5 }
-"#;
+/// A scene of materials and objects.
+fn scene(objects: &str) -> Scene {
+    let view = "[camera]\neye = [0, 0, 9]\ntarget = [0, 0, 0]\nvertical_fov_deg = 30\n[film]\nwidth = 1\nheight = 1\n";
+    parse(&(view.to_owned() + objects), "scene", Path::new("."), &[]).expect("a scene")
+}
 
 fn spheres(radii: &[f64]) -> Scene {
     let sphere = |radius| {
         format!("[[sphere]]\ncenter = [0, 0, 0]\nradius = {radius}\nmaterial = \"glass\"\n")
     };
-    let text = NESTED.to_owned() + &radii.iter().map(sphere).collect::<String>();
-    parse(&text, "scene", Path::new("."), &[]).expect("a scene")
+    let glass = "[material.glass]\ndielectric = { ior = 1.5 }\n".to_owned();
+    scene(&(glass + &radii.iter().map(sphere).collect::<String>()))
 }
 
 #[test]
@@ -400,22 +394,18 @@ fn hits_at_one_place_come_in_the_order_of_their_objects() {
     assert_eq!(first.expect("a sphere").object, 0);
 }
 
-/// Lamps of two kinds let into a ceiling of two kinds, listed before and after it, whatever the size of the quads: the lamp is met, alone
-/// or in lanes, and from both sides.
+/// Lamps of two kinds let into a ceiling of three kinds, listed before and after it, whatever the size of the quads: the lamp is met,
+/// alone or in lanes, and from both sides.
 #[test]
 fn a_lamp_is_met_before_the_ceiling_that_it_lies_in() {
     const ROOM: &str = r#"
-[camera]
-eye = [0, 0, 9]
-target = [0, 0, 0]
-vertical_fov_deg = 30
-[film]
-width = 1
-height = 1
 [material.wall]
 diffuse = { reflectance = [0.5, 0.5, 0.5] }
 [material.lamp]
 emission = { radiance = [1, 1, 1] }
+[[revolution]]
+profile = [[[0, 1.7], [0.3, 1.7], [0.6, 1.7], [0.9, 1.7]]]
+material = "wall"
 [[quad]]
 corner = [-0.3, 1.7, -0.3]
 edge_u = [0.7, 0, 0]
@@ -436,7 +426,7 @@ normal = [0, -1, 0]
 radius = 0.45
 material = "lamp"
 "#;
-    let scene = parse(ROOM, "scene", Path::new("."), &[]).expect("a scene");
+    let scene = scene(ROOM);
     let rays: Vec<Ray> = (0..2000)
         .map(|index| {
             let mut stream = Stream::new(6, Purpose::Test, index);

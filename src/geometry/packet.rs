@@ -13,6 +13,8 @@ type Column = [f64; WIDTH];
 
 /// The object of a ray that has met none.
 const NONE: u64 = u64::MAX;
+/// The object of a ray that has met none of the packet's, but one before.
+const EARLIER: u64 = u64::MAX - 1;
 
 /// Up to [`WIDTH`] rays, and the nearest crossing of each so far.
 #[derive(Clone, Debug)]
@@ -27,11 +29,11 @@ pub struct Packet {
 }
 
 impl Packet {
-    /// A packet of rays.
+    /// A packet of rays. Those that have `met` an object before, at the end of their range, are known by their number.
     ///
     /// # Panics
     /// If there are more than [`WIDTH`].
-    pub fn new(rays: &[Ray]) -> Self {
+    pub fn new(rays: &[Ray], met: impl Fn(usize) -> bool) -> Self {
         let zero = [0.0; WIDTH];
         let mut packet = Self {
             origin: [zero; 3],
@@ -49,6 +51,9 @@ impl Packet {
             packet.t_min[lane] = ray.t_min;
             if ray.is_valid() {
                 packet.t_max[lane] = ray.t_max;
+            }
+            if met(lane) {
+                packet.object[lane] = EARLIER;
             }
         }
         packet
@@ -68,9 +73,9 @@ impl Packet {
         });
     }
 
-    /// Object and parameter of the nearest crossing of a ray.
+    /// Object and parameter of the nearest crossing of a ray with the objects of the packet.
     pub fn nearest(&self, lane: usize) -> Option<(usize, f64)> {
-        (self.object[lane] != NONE).then(|| (self.object[lane] as usize, self.t_max[lane]))
+        (self.object[lane] < EARLIER).then(|| (self.object[lane] as usize, self.t_max[lane]))
     }
 
     /// Keeps what is nearer: parameter, and whether it counts but for the range.
@@ -227,7 +232,7 @@ mod tests {
             for rays in rays().chunks(WIDTH) {
                 let mut packet = Packet {
                     vectors,
-                    ..Packet::new(rays)
+                    ..Packet::new(rays, |_| false)
                 };
                 for (object, shape) in shapes.iter().enumerate() {
                     packet.meet(shape, object, winner == Some(object));

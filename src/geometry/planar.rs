@@ -98,7 +98,7 @@ impl Quad {
 
     /// The same at another corner.
     #[must_use]
-    pub fn at(self, corner: DVec3) -> Self {
+    pub fn moved_to(self, corner: DVec3) -> Self {
         Self { corner, ..self }
     }
 

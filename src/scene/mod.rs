@@ -154,7 +154,7 @@ impl Scene {
         nearest: &mut [Option<(usize, Crossing)>],
     ) {
         for (rays, nearest) in rest.chunks_mut(WIDTH).zip(nearest.chunks_mut(WIDTH)) {
-            let mut packet = Packet::new(rays);
+            let mut packet = Packet::new(rays, |lane| nearest[lane].is_some());
             for (number, object) in (first..).zip(objects) {
                 packet.meet(&object.shape, number, self.emits(object));
             }

@@ -30,7 +30,7 @@ pub(super) fn faces_apart(shape: &Shape) -> [Shape; 2] {
         Shape::Quad(quad) => {
             let size = quad.edge_u.length().max(quad.edge_v.length());
             let corner = quad.corner + 0.5 * way * FACES_APART * size * quad.normal();
-            Shape::Quad(quad.at(corner))
+            Shape::Quad(quad.moved_to(corner))
         }
         Shape::Disc(disc) => {
             let center = disc.center + way * FACES_APART * disc.radius * disc.normal;

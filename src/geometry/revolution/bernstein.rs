@@ -24,6 +24,7 @@ mod isolate;
 mod joint;
 mod level;
 mod line;
+mod precedence;
 mod queue;
 mod refine;
 mod solve;
@@ -39,6 +40,7 @@ use batch::Many;
 pub use certainty::Certainty;
 use isolate::has_one_sign;
 use line::{Line, halves};
+use precedence::Later;
 use solve::{All, Nearest};
 
 /// The f64 solver cannot tell hit from miss, or one side of the range's end from the other.
@@ -52,7 +54,7 @@ pub type Answer = Result<Option<Crossing>, Undecided>;
 #[derive(Clone, Debug)]
 pub struct Prepared {
     pieces: Vec<PreparedPiece>,
-    /// Places in `pieces` by rising lower end, the order of meeting for rays that climb.
+    /// Places in `pieces` by rising lower end, flat ones first, the order of meeting for rays that climb.
     rising: Vec<usize>,
     /// Places in `pieces` by falling upper end, for rays that descend.
     falling: Vec<usize>,
@@ -93,6 +95,10 @@ struct PreparedPiece {
     slope: Slope,
     /// Places in the orders of rays that climb and that descend.
     ranks: [usize; 2],
+    /// What rays that climb (0) and that descend (1) meet only after this piece.
+    later: [Later; 2],
+    /// Whether anything in `later` has a lower rank than the piece.
+    looks_back: bool,
     /// Places of the pieces that share the start and the end.
     neighbours: [Option<usize>; 2],
     /// Whether the start and the end lie on the axis, with h′ = 0 and r′ ≠ 0, as the middle of a cap does.
@@ -173,7 +179,10 @@ impl Prepared {
         };
         let order = |key: &dyn Fn(&PreparedPiece) -> f64| {
             let mut order: Vec<usize> = (0..pieces.len()).collect();
-            order.sort_by(|&a, &b| key(&pieces[a]).total_cmp(&key(&pieces[b])));
+            order.sort_by(|&a, &b| {
+                let by_height = key(&pieces[a]).total_cmp(&key(&pieces[b]));
+                by_height.then(pieces[b].flat.cmp(&pieces[a].flat))
+            });
             order
         };
         let (rising, falling) = (order(&|piece| piece.bottom), order(&|piece| -piece.top));
@@ -181,6 +190,7 @@ impl Prepared {
             pieces[up].ranks[0] = rank;
             pieces[down].ranks[1] = rank;
         }
+        precedence::find(&mut pieces);
         Self {
             rising,
             falling,
@@ -293,14 +303,25 @@ impl PreparedPiece {
             padded[..7].copy_from_slice(&elevate(c, 6));
             padded
         };
-        let (bottom, top) = cubic_range(&piece.height);
+        let slope = if piece.height.is_sorted() {
+            Slope::Rises
+        } else if piece.height.is_sorted_by(|a, b| a >= b) {
+            Slope::Falls
+        } else {
+            Slope::Turns
+        };
+        let [h0, h1, h2, h3] = piece.height;
+        let (bottom, top) = match slope {
+            Slope::Rises => (h0, h3),
+            Slope::Falls => (h3, h0),
+            Slope::Turns => cubic_range(&piece.height),
+        };
         let (inner, outer) = cubic_range(&piece.radius);
         let mut breaks = [1.0; 4];
         breaks[0] = 0.0;
         for (place, u) in breaks[1..3].iter_mut().zip(cubic_extrema(&piece.height)) {
             *place = u;
         }
-        let [h0, h1, h2, h3] = piece.height;
         let bend = 6.0 * (h2 - 2.0 * h1 + h0).abs().max((h3 - 2.0 * h2 + h1).abs());
         let size = piece.radius.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
         let steps = piece.radius.windows(2).map(|w| (w[1] - w[0]).abs());
@@ -319,14 +340,10 @@ impl PreparedPiece {
             top,
             widest: inner.abs().max(outer.abs()),
             flat,
-            slope: if piece.height.is_sorted() {
-                Slope::Rises
-            } else if piece.height.is_sorted_by(|a, b| a >= b) {
-                Slope::Falls
-            } else {
-                Slope::Turns
-            },
+            slope,
             ranks: [0; 2],
+            later: [Later::NONE; 2],
+            looks_back: false,
             neighbours: [None; 2],
             tips: [[0, 1], [3, 2]].map(|[end, next]| {
                 let (r, h) = (&piece.radius, &piece.height);

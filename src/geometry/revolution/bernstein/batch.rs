@@ -5,8 +5,8 @@
 //! computes what a ray alone would, so the answers are the same to the bit. Rays that are nearly level, and those with any doubt,
 //! are done alone.
 
-use super::isolate::{ALL, Sight, isolate, sight};
-use super::line::{Line, Times};
+use super::isolate::{ALL, Bracket, Sight, changes_once, isolate_each, sight};
+use super::line::{Line, Times, holds};
 use super::queue::{Flush, Queue, Seeker};
 use super::solve::count;
 use super::{Padded, Prepared, Slope, Undecided};
@@ -204,7 +204,7 @@ impl Lines {
     /// there may be a root.
     #[inline(always)]
     fn look(&self, prepared: &Prepared, views: &mut [View]) -> [u64; LANES] {
-        let mut waiting = [0; LANES];
+        let (mut waiting, mut later) = ([0; LANES], [0_u64; LANES]);
         let pieces = prepared.pieces.iter().take(MOST_PIECES);
         for (piece, view) in pieces.zip(views) {
             let [rising, falling] = piece.ranks.map(|rank| 1_u64 << (rank % 64));
@@ -241,6 +241,25 @@ impl Lines {
                 let idle = (positive[lane] == all) | (negative[lane] == all) | low | high;
                 waiting[lane] |= if idle { 0 } else { bit };
             }
+            // What has a lower rank than this piece is left out here; the rest later, as far as it comes to that.
+            let [climbing, descending] = &piece.later;
+            if !piece.looks_back {
+                continue;
+            }
+            for lane in 0..LANES {
+                let once = changes_once(positive[lane], negative[lane]);
+                let falls = positive[lane] & 1 != 0;
+                let left_out = if self.climbs[lane] != 0 {
+                    climbing.than(falls)
+                } else {
+                    descending.than(falls)
+                };
+                let holds = holds(self.heights.map(|h| h[lane]), self.slack[lane], piece);
+                later[lane] |= if once & holds { left_out } else { 0 };
+            }
+        }
+        for (waiting, later) in waiting.iter_mut().zip(later) {
+            *waiting &= !later;
         }
         waiting
     }
@@ -305,51 +324,21 @@ impl<L: Lanes> Asker<'_, L> {
             &self.prepared.falling
         };
         let slack = lines.slack[lane];
-        let [low, high] = [0, 1].map(|i| lines.heights[i][lane]);
+        let heights = lines.heights.map(|h| h[lane]);
         let ray = [&lines.o, &lines.d].map(|v| DVec3::new(v[0][lane], v[1][lane], v[2][lane]));
-        let mut end = f64::INFINITY;
+        let direction = usize::from(!climbs);
         while waiting != 0 {
             let rank = waiting.trailing_zeros() as usize;
             waiting &= waiting - 1;
             let place = order[rank];
             let piece = &self.prepared.pieces[place];
-            // Heights count along the ray.
-            let [first, last] = if climbs {
-                [piece.bottom, piece.top]
-            } else {
-                [-piece.top, -piece.bottom]
-            };
-            if first > end {
-                return Ok(());
-            }
-            let certain = (piece.bottom > low + slack) & (piece.top < high - slack);
+            let certain = holds(heights, slack, piece);
             let view = &self.views[place];
             let queue = &mut queues[place];
             let (positive, negative) = (view.positive[lane] as u32, view.negative[lane] as u32);
-            let one;
-            let several;
-            let brackets = match sight(|i| view.c[i][lane], positive, negative, [0.0, 1.0]) {
-                Sight::None => continue,
-                Sight::One(bracket) => {
-                    one = bracket;
-                    std::slice::from_ref(&one)
-                }
-                Sight::Many => {
-                    let c = view.coefficients(lane);
-                    several = isolate(self.lanes, &c, [0.0, 1.0], lines.error[lane])?;
-                    match several.as_slice() {
-                        [] => continue,
-                        // The others lie later along the ray.
-                        [first, .., last] if certain && piece.slope != Slope::Turns => {
-                            let backwards = (piece.slope == Slope::Rises) != climbs;
-                            std::slice::from_ref(if backwards { last } else { first })
-                        }
-                        all => all,
-                    }
-                }
-                Sight::Doubtful => return Err(Undecided),
-            };
-            for bracket in brackets {
+            let later = &piece.later[direction];
+            let mut left_out = later.always;
+            let mut push = |bracket: &Bracket, queue: &mut Queue| {
                 if queue.push(ray, bracket, (self.number, rank)) {
                     self.prepared.vectors.run(Flush {
                         queue,
@@ -358,10 +347,38 @@ impl<L: Lanes> Asker<'_, L> {
                         work,
                     });
                 }
-            }
+            };
+            match sight(|i| view.c[i][lane], positive, negative, [0.0, 1.0]) {
+                Sight::None => continue,
+                Sight::One(bracket) => {
+                    left_out = later.than(bracket.falls());
+                    push(&bracket, queue);
+                }
+                Sight::Many => {
+                    let c = view.coefficients(lane);
+                    let backwards = (piece.slope == Slope::Rises) != climbs;
+                    let several = !certain || piece.slope == Slope::Turns;
+                    let mut none = true;
+                    isolate_each(
+                        self.lanes,
+                        &c,
+                        [0.0, 1.0],
+                        lines.error[lane],
+                        backwards,
+                        |bracket| {
+                            push(&bracket, queue);
+                            none = false;
+                            Ok(several)
+                        },
+                    )?;
+                    if none {
+                        continue;
+                    }
+                }
+                Sight::Doubtful => return Err(Undecided),
+            };
             if certain {
-                let after = last + slack;
-                end = if after < end { after } else { end };
+                waiting &= !left_out;
             }
         }
         Ok(())

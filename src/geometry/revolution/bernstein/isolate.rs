@@ -9,18 +9,49 @@ use crate::numeric::simd::Lanes;
 pub(super) struct Bracket {
     pub(super) low: f64,
     pub(super) high: f64,
-    pub(super) guess: f64,
-    /// Whether the polynomial is positive at `low`.
-    pub(super) falls: bool,
+    /// Number of the coefficient before the sign change.
+    pub(super) place: f64,
+    /// The coefficients before and after it.
+    pub(super) sides: [f64; 2],
+    /// Second differences there.
+    pub(super) bends: [f64; 2],
     /// Whether it ends in the middle of a cap, where the root has a twin beyond the end.
     pub(super) tip: bool,
 }
 
 impl Bracket {
+    /// Whether the polynomial is positive at `low`.
+    #[inline(always)]
+    pub(super) fn falls(&self) -> bool {
+        self.sides[0] > self.sides[1]
+    }
+
     /// Sign of the polynomial's slope at the root: 1 or −1.
     #[inline(always)]
     pub(super) fn slope(&self) -> f64 {
-        if self.falls { -1.0 } else { 1.0 }
+        if self.falls() { -1.0 } else { 1.0 }
+    }
+
+    /// The root of the control polygon P, corrected for f ≈ P + u (1 − u)/12 P″ (Voronovskaya 1932).
+    ///
+    /// Not the secant of the end values: where the value at one end is almost 0 (the root of the neighbour piece), it would start
+    /// there and stay.
+    #[inline(always)]
+    pub(super) fn guess(&self) -> f64 {
+        let Self {
+            low,
+            high,
+            place,
+            sides: [a, b],
+            bends: [first, last],
+            ..
+        } = *self;
+        let inverse = 1.0 / (a - b);
+        let share = a * inverse;
+        let u = (place + share) * (1.0 / 6.0);
+        let bends = first + share * (last - first);
+        let moved = u + 0.5 * (u * (1.0 - u)) * (bends * inverse);
+        low + clamped(moved, 0.0, 1.0) * (high - low)
     }
 }
 
@@ -39,8 +70,9 @@ impl Brackets {
         let none = Bracket {
             low: 0.0,
             high: 0.0,
-            guess: 0.0,
-            falls: false,
+            place: 0.0,
+            sides: [0.0; 2],
+            bends: [0.0; 2],
             tip: false,
         };
         Self {
@@ -54,6 +86,15 @@ impl Brackets {
         *self.list.get_mut(self.len).ok_or(Undecided)? = bracket;
         self.len += 1;
         Ok(())
+    }
+
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    pub(super) fn reverse(&mut self) {
+        self.list[..self.len].reverse();
     }
 
     pub(super) fn sort(&mut self) {
@@ -103,7 +144,7 @@ pub(super) fn sight(
     if positive == ALL || negative == ALL {
         return Sight::None;
     }
-    let changes = (positive ^ (positive >> 1)) & (ALL >> 1);
+    let changes = changes(positive.into()) as u32;
     if positive | negative == ALL && changes & (changes - 1) == 0 {
         Sight::One(bracket(c, changes.trailing_zeros(), low, high))
     } else if (positive | negative) & ENDS == ENDS {
@@ -113,6 +154,21 @@ pub(super) fn sight(
     }
 }
 
+/// The bits of the coefficients after which the sign changes, if all signs are certain.
+#[inline(always)]
+fn changes(positive: u64) -> u64 {
+    (positive ^ (positive >> 1)) & u64::from(ALL >> 1)
+}
+
+/// Whether the signs alone say that there is exactly one root.
+#[inline(always)]
+pub(super) fn changes_once(positive: u64, negative: u64) -> bool {
+    let changes = changes(positive);
+    (positive | negative == u64::from(ALL))
+        & (changes != 0)
+        & (changes & changes.wrapping_sub(1) == 0)
+}
+
 /// Whether the signs alone say that there is no root.
 #[inline(always)]
 pub(super) fn has_one_sign(lanes: impl Lanes, c: &Padded, error: f64) -> bool {
@@ -120,28 +176,17 @@ pub(super) fn has_one_sign(lanes: impl Lanes, c: &Padded, error: f64) -> bool {
     (positive & ALL == ALL) | (negative & ALL == ALL)
 }
 
-/// The bracket where only coefficients `place` and `place + 1` differ in sign, guessed where the control polygon P crosses zero,
-/// corrected for f ≈ P + u (1 − u)/12 P″ (Voronovskaya 1932).
-///
-/// Not the secant of the end values: where the value at one end is almost 0 (the root of the neighbour piece), it would start
-/// there and stay.
+/// The bracket where only coefficients `place` and `place + 1` differ in sign.
 #[inline(always)]
 fn bracket(c: impl Fn(usize) -> f64, place: u32, low: f64, high: f64) -> Bracket {
     let i = place as usize % 6;
-    let (a, b) = (c(i), c(i + 1));
-    let inverse = 1.0 / (a - b);
-    let share = a * inverse;
     let bend = |i: usize| (c(i - 1) - c(i)) - (c(i) - c(i + 1));
-    let (first, last) = (bend(i.max(1)), bend((i + 1).min(5)));
-    let u = (f64::from(place) + share) * (1.0 / 6.0);
-    let bends = first + share * (last - first);
-    let moved = u + 0.5 * (u * (1.0 - u)) * (bends * inverse);
-    let guess = clamped(moved, 0.0, 1.0);
     Bracket {
         low,
         high,
-        guess: low + guess * (high - low),
-        falls: a > b,
+        place: f64::from(place),
+        sides: [c(i), c(i + 1)],
+        bends: [bend(i.max(1)), bend((i + 1).min(5))],
         tip: false,
     }
 }
@@ -165,9 +210,25 @@ pub(super) fn isolate(
 pub(super) fn isolate_more(
     lanes: impl Lanes,
     c: &Padded,
-    [low, high]: [f64; 2],
+    range: [f64; 2],
     error: f64,
     found: &mut Brackets,
+) -> Result<(), Undecided> {
+    isolate_each(lanes, c, range, error, false, |bracket| {
+        found.push(bracket)?;
+        Ok(true)
+    })
+}
+
+/// Brackets one by one, by rising parameter or by falling, as long as `take` wants more.
+#[inline(always)]
+pub(super) fn isolate_each(
+    lanes: impl Lanes,
+    c: &Padded,
+    [low, high]: [f64; 2],
+    error: f64,
+    backwards: bool,
+    mut take: impl FnMut(Bracket) -> Result<bool, Undecided>,
 ) -> Result<(), Undecided> {
     let mut node = Node {
         c: *c,
@@ -181,14 +242,23 @@ pub(super) fn isolate_more(
     loop {
         match look(lanes, &node.c, [node.low, node.high], node.error) {
             Sight::None => {}
-            Sight::One(bracket) => found.push(bracket)?,
+            Sight::One(bracket) => {
+                if !take(bracket)? {
+                    return Ok(());
+                }
+            }
             Sight::Many => {
                 let (left, right) = node.divide()?;
-                if !has_one_sign(lanes, &right.c, right.error) {
-                    *waiting.get_mut(len).ok_or(Undecided)? = Some(right);
+                let (first, then) = if backwards {
+                    (right, left)
+                } else {
+                    (left, right)
+                };
+                if !has_one_sign(lanes, &then.c, then.error) {
+                    *waiting.get_mut(len).ok_or(Undecided)? = Some(then);
                     len += 1;
                 }
-                node = left;
+                node = first;
                 continue;
             }
             Sight::Doubtful => return Err(Undecided),
@@ -221,10 +291,12 @@ impl Node {
         if self.depth >= DEPTH {
             return Err(Undecided);
         }
-        let size = self
-            .c
-            .iter()
-            .fold(0.0, |m, x| if x.abs() > m { x.abs() } else { m });
+        let greater = |a: f64, b: f64| if b > a { b } else { a };
+        let [a, b, c, d, e, f, g, h] = self.c.map(f64::abs);
+        let size = greater(
+            greater(greater(a, b), greater(c, d)),
+            greater(greater(e, f), greater(g, h)),
+        );
         let error = self.error + 16.0 * f64::EPSILON * size;
         let mut cut = self.cut();
         let mut left = combine(&CUTS.0[cut][0], &self.c);
@@ -253,16 +325,12 @@ impl Node {
             return 2;
         }
         let side = if self.c[0] > 0.0 { -1.0 } else { 1.0 };
-        let (mut best, mut place) = (0.0, 2);
-        for i in 1..6 {
-            let value = side * self.c[i];
-            (best, place) = if value > best {
-                (value, i - 1)
-            } else {
-                (best, place)
-            };
-        }
-        place
+        let c = |i: usize| side * self.c[i];
+        let better = |a: (f64, usize), b: (f64, usize)| if b.0 > a.0 { b } else { a };
+        let two = better((c(1), 0), (c(2), 1));
+        let next = better((c(3), 2), (c(4), 3));
+        let (best, place) = better(better(two, next), (c(5), 4));
+        if best > 0.0 { place } else { 2 }
     }
 }
 

@@ -121,8 +121,16 @@ pub(super) fn isolate_at_joint(
             found.push(Bracket {
                 low: part[0],
                 high: part[1],
-                guess: 0.5 * (part[0] + part[1]),
-                falls: here.positive == (side == 1),
+                place: 3.0,
+                sides: [
+                    0.0,
+                    if here.positive == (side == 1) {
+                        -1.0
+                    } else {
+                        1.0
+                    },
+                ],
+                bends: [0.0; 2],
                 tip,
             })?;
         }

@@ -291,6 +291,12 @@ impl Line {
         (piece.top < low - self.slack) | (piece.bottom > high + self.slack)
     }
 
+    /// Whether a crossing with the piece is certain to lie inside the ray's range.
+    #[inline(always)]
+    pub(super) fn holds(&self, piece: &PreparedPiece) -> bool {
+        holds(self.heights, self.slack, piece)
+    }
+
     /// Height after which the ray meets nothing.
     #[inline(always)]
     pub(super) fn end(&self) -> f64 {
@@ -438,6 +444,12 @@ impl Times {
         let t = t * self.unit[0] * self.unit[1];
         Crossing { t, piece, u }
     }
+}
+
+/// Whether all heights of a piece lie between two heights, by more than a slack.
+#[inline(always)]
+pub(super) fn holds([low, high]: [f64; 2], slack: f64, piece: &PreparedPiece) -> bool {
+    (piece.bottom > low + slack) & (piece.top < high - slack)
 }
 
 /// Heights between two parameters. Far ones are of no interest, so their errors are not either.

@@ -90,9 +90,9 @@ pub(super) struct Queue {
     d: [Vector; 3],
     low: Vector,
     high: Vector,
-    guess: Vector,
-    /// Sign of the slope at the root: 1 or −1.
-    slope: Vector,
+    place: Vector,
+    sides: [Vector; 2],
+    bends: [Vector; 2],
     /// Number of the ray in the block, and place of the piece in its order.
     asker: [(usize, usize); LANES],
     len: usize,
@@ -104,8 +104,9 @@ impl Queue {
         d: [[0.0; LANES]; 3],
         low: [0.0; LANES],
         high: [0.0; LANES],
-        guess: [0.0; LANES],
-        slope: [0.0; LANES],
+        place: [0.0; LANES],
+        sides: [[0.0; LANES]; 2],
+        bends: [[0.0; LANES]; 2],
         asker: [(0, 0); LANES],
         len: 0,
     };
@@ -128,8 +129,11 @@ impl Queue {
         }
         self.low[lane] = bracket.low;
         self.high[lane] = bracket.high;
-        self.guess[lane] = bracket.guess;
-        self.slope[lane] = bracket.slope();
+        self.place[lane] = bracket.place;
+        for i in 0..2 {
+            self.sides[i][lane] = bracket.sides[i];
+            self.bends[i][lane] = bracket.bends[i];
+        }
         self.asker[lane] = asker;
         self.len += 1;
         self.len == LANES
@@ -143,14 +147,8 @@ impl Queue {
         let [mut u, mut t, mut tolerance, mut change] = [zero; 4];
         let mut sure = [0_u64; LANES];
         for lane in 0..LANES {
-            let range = [self.low[lane], self.high[lane]];
-            let refined = refine(
-                curve,
-                &self.aim(lane),
-                range,
-                self.guess[lane],
-                self.slope[lane],
-            );
+            let bracket = self.bracket(lane);
+            let refined = refine(curve, &self.aim(lane), &bracket);
             u[lane] = refined.root.u;
             t[lane] = refined.root.t;
             tolerance[lane] = refined.root.tolerance;
@@ -183,13 +181,7 @@ impl Queue {
         change: f64,
         work: &mut Work,
     ) -> Root {
-        let bracket = Bracket {
-            low: self.low[lane],
-            high: self.high[lane],
-            guess: self.guess[lane],
-            falls: self.slope[lane] < 0.0,
-            tip: false,
-        };
+        let bracket = self.bracket(lane);
         let first = Refined {
             root,
             change,
@@ -197,6 +189,18 @@ impl Queue {
         };
         let steps = &mut work.solver_iterations;
         refine_more(curve, &self.aim(lane), &bracket, &first, steps)
+    }
+
+    #[inline(always)]
+    fn bracket(&self, lane: usize) -> Bracket {
+        Bracket {
+            low: self.low[lane],
+            high: self.high[lane],
+            place: self.place[lane],
+            sides: [self.sides[0][lane], self.sides[1][lane]],
+            bends: [self.bends[0][lane], self.bends[1][lane]],
+            tip: false,
+        }
     }
 
     #[inline(always)]

@@ -35,13 +35,9 @@ const FORETOLD: f64 = 1e-17;
 /// level. `slope` has the sign of f′ at the root: the steps may also end at a root just beyond an end, put on it by rounding (that of
 /// the next piece, for a ray through the joint), but there f′ has the other sign.
 #[inline(always)]
-pub(super) fn refine(
-    curve: &Cubics,
-    aim: &Aim,
-    bracket: [f64; 2],
-    guess: f64,
-    slope: f64,
-) -> Refined {
+pub(super) fn refine(curve: &Cubics, aim: &Aim, bracket: &Bracket) -> Refined {
+    let (guess, slope) = (bracket.guess(), bracket.slope());
+    let bracket = [bracket.low, bracket.high];
     let (u, first, _) = householder(curve, aim, bracket, guess);
     let (u, second, slope_there) = householder(curve, aim, bracket, u);
     let (h, _) = cubic(&curve.height, u);
@@ -114,12 +110,12 @@ const PATIENCE: u32 = 10;
 /// The root in a bracket, by Newton's method kept inside it; `f` gives value and slope.
 pub(super) fn search(bracket: &Bracket, steps: &mut u64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let (mut low, mut high) = (bracket.low, bracket.high);
-    let mut u = bracket.guess;
+    let mut u = bracket.guess();
     let mut last = 1.0;
     for step in 0..120 {
         *steps += 1;
         let (value, slope) = f(u);
-        if (value > 0.0) == bracket.falls {
+        if (value > 0.0) == bracket.falls() {
             low = u;
         } else {
             high = u;

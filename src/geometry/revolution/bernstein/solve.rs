@@ -1,8 +1,11 @@
 //! One ray against all pieces.
 
-use super::isolate::{Bracket, Brackets, Sight, has_one_sign, isolate, look};
+use super::isolate::{
+    ALL, Bracket, Brackets, Sight, changes_once, isolate, isolate_each, look, sight,
+};
 use super::joint::{Beyond, isolate_at_joint};
 use super::line::Line;
+use super::precedence::GROUP;
 use super::refine::{STEPS, find, refine, refine_more, search};
 use super::{Answer, Padded, Prepared, PreparedPiece, Root, Slope, Undecided, level};
 use crate::geometry::hit::Crossing;
@@ -46,7 +49,7 @@ impl Kernel for Nearest<'_> {
         if line.is_nearly_level() {
             line.solve_level(prepared, work, &mut add)?;
         } else {
-            line.brackets(lanes, prepared, &mut |_, place, bracket| {
+            line.brackets(lanes, prepared, Wanted::Nearest, &mut |place, bracket| {
                 let piece = &prepared.pieces[place];
                 let root = line.root(piece, bracket, work);
                 Ok(add(piece, root)?.then(|| line.after(root.height)))
@@ -91,7 +94,7 @@ impl Kernel for All<'_> {
         if line.is_nearly_level() {
             line.solve_level(prepared, work, &mut add)?;
         } else {
-            line.brackets(lanes, prepared, &mut |_, place, bracket| {
+            line.brackets(lanes, prepared, Wanted::All, &mut |place, bracket| {
                 let piece = &prepared.pieces[place];
                 add(piece, line.root(piece, bracket, work))?;
                 Ok(None)
@@ -119,16 +122,20 @@ pub(super) fn count(culled: bool, work: &mut Work) -> bool {
     culled
 }
 
-/// Pieces looked at together.
-const GROUP: usize = 8;
+/// Which crossings of a ray are asked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wanted {
+    Nearest,
+    All,
+}
 
-/// Their coefficients, each row in one line of the cache.
+/// The coefficients of a group of pieces, each row in one line of the cache.
 #[repr(C, align(64))]
 struct Rows([Padded; GROUP]);
 
 impl Line {
-    /// Names the brackets of a ray that is not nearly level, in the order of meeting, as (place of the piece in that order, place in
-    /// `pieces`, bracket).
+    /// Names the brackets of a ray that is not nearly level, in the order of meeting, as (place in `pieces`, bracket). Where the nearest
+    /// is `wanted`, pieces that the ray is certain to meet later than another are left out.
     ///
     /// `take` answers with a height once it knows that the ray has a crossing no later: the search ends there.
     #[inline(always)]
@@ -136,19 +143,35 @@ impl Line {
         &self,
         lanes: impl Lanes,
         prepared: &Prepared,
-        take: &mut impl FnMut(usize, usize, &Bracket) -> Result<Option<f64>, Undecided>,
+        wanted: Wanted,
+        take: &mut impl FnMut(usize, &Bracket) -> Result<Option<f64>, Undecided>,
     ) -> Result<(), Undecided> {
+        let nearest = wanted == Wanted::Nearest;
+        let climbs = self.climbs();
+        let direction = usize::from(!climbs);
         let mut end = self.end();
-        let mut rank = 0;
-        for order in prepared.order(self).chunks(GROUP) {
+        let mut found = Brackets::new();
+        let mut later = 0_u64;
+        for (first, order) in (0..).step_by(GROUP).zip(prepared.order(self).chunks(GROUP)) {
+            let here = |ranks: u64| ranks.checked_shr(first).unwrap_or(0) as u32;
             let mut c = Rows([[0.0; 8]; GROUP]);
+            let mut signs = [(0, 0); GROUP];
             let mut waiting = 0_u32;
             for (i, (&place, c)) in order.iter().zip(&mut c.0).enumerate() {
                 let piece = &prepared.pieces[place];
                 *c = self.coefficients(piece);
-                let idle = has_one_sign(lanes, c, self.error) | self.misses_heights(piece);
+                let (positive, negative) = lanes.beyond(c, self.error);
+                let (positive, negative) = (positive & ALL, negative & ALL);
+                let idle = (positive == ALL) | (negative == ALL) | self.misses_heights(piece);
                 waiting |= u32::from(!idle) << i;
+                signs[i] = (positive, negative);
+                if nearest && piece.looks_back {
+                    let once = changes_once(positive.into(), negative.into());
+                    let left_out = piece.later[direction].than(positive & 1 != 0);
+                    later |= left_out * u64::from(once & self.holds(piece));
+                }
             }
+            waiting &= !here(later);
             while waiting != 0 {
                 let i = waiting.trailing_zeros() as usize % GROUP;
                 waiting &= waiting - 1;
@@ -156,27 +179,35 @@ impl Line {
                 if self.meets_after(piece, end) {
                     return Ok(());
                 }
-                let one;
-                let several;
-                let brackets = match look(lanes, &c.0[i], [0.0, 1.0], self.error) {
+                let certain = nearest && self.holds(piece);
+                let backwards = (piece.slope == Slope::Rises) != climbs;
+                let (positive, negative) = signs[i];
+                found.clear();
+                match sight(|k| c.0[i][k], positive, negative, [0.0, 1.0]) {
                     Sight::None => continue,
                     Sight::One(bracket) => {
-                        one = bracket;
-                        std::slice::from_ref(&one)
+                        found.push(bracket)?;
+                        let left_out = piece.later[direction].than(bracket.falls());
+                        later |= left_out * u64::from(certain);
+                        waiting &= !here(later);
                     }
                     Sight::Many => {
-                        several = isolate(lanes, &c.0[i], [0.0, 1.0], self.error)?;
-                        several.as_slice()
+                        let all = !certain || piece.slope == Slope::Turns;
+                        let range = [0.0, 1.0];
+                        isolate_each(lanes, &c.0[i], range, self.error, backwards, |bracket| {
+                            found.push(bracket)?;
+                            Ok(all)
+                        })?;
                     }
                     Sight::Doubtful => {
-                        several = self.isolate_doubtful(&c.0[i], &prepared.pieces, piece)?;
-                        several.as_slice()
+                        found = self.isolate_doubtful(&c.0[i], &prepared.pieces, piece)?;
+                        if backwards {
+                            found.reverse();
+                        }
                     }
-                };
-                let backwards = (piece.slope == Slope::Rises) != self.climbs();
-                for k in 0..brackets.len() {
-                    let k = if backwards { brackets.len() - 1 - k } else { k };
-                    if let Some(height) = take(rank + i, order[i], &brackets[k])? {
+                }
+                for bracket in found.as_slice() {
+                    if let Some(height) = take(order[i], bracket)? {
                         end = self.sooner(end, height);
                         // The other brackets lie later along the ray.
                         if piece.slope != Slope::Turns {
@@ -185,7 +216,6 @@ impl Line {
                     }
                 }
             }
-            rank += GROUP;
         }
         Ok(())
     }
@@ -197,14 +227,7 @@ impl Line {
             return self.tip_root(&piece.curve, bracket, &mut work.solver_iterations);
         }
         work.solver_iterations += STEPS;
-        let range = [bracket.low, bracket.high];
-        let refined = refine(
-            &piece.curve,
-            &self.aim,
-            range,
-            bracket.guess,
-            bracket.slope(),
-        );
+        let refined = refine(&piece.curve, &self.aim, bracket);
         if refined.sure {
             return refined.root;
         }

@@ -3,7 +3,7 @@
 mod conclusion;
 
 use crate::image::metrics::blocks;
-use crate::lab::experiment::{Effort, Experiment, Outcome, Run, grid, values};
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Timing, grid, values};
 use crate::lab::rendering::render;
 use serde::Deserialize;
 
@@ -108,7 +108,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "reference_se",
         "render_s",
     ],
-    timed: false,
+    timing: Timing::Untimed,
     cpu_seconds: [30.0, 480.0, 7700.0],
     plan,
     execute,
@@ -156,7 +156,7 @@ fn plan(_: Effort) -> Vec<Run> {
         .collect()
 }
 
-/// Camera samples a pixel of a replicate of `path`, passes of a photon map.
+/// Camera samples a pixel of a replicate of `path`, passes of a photon map with new hit points in each.
 fn budget(effort: Effort) -> [u32; 2] {
     effort.of([[1, 8], [20, 128], [320, 2048]])
 }
@@ -166,11 +166,11 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let subject = SCENES.iter().find(|scene| scene.name == name);
     let subject = subject.ok_or_else(|| anyhow::anyhow!("no scene {name}"))?;
     let [spp, passes] = budget(effort);
-    let (side, spp) = match integrator.as_str() {
-        "path" => (256, spp),
-        // Hit points that stay need many.
-        "ppm" => (SMALL, effort.of([16, 64, 256])),
-        _ => (SMALL, 4),
+    let (side, spp, passes) = match integrator.as_str() {
+        "path" => (256, spp, 0),
+        // Hit points that stay need many, and their noise outweighs that of the photons.
+        "ppm" => (SMALL, effort.of([16, 64, 256]), effort.of([8, 48, 768])),
+        _ => (SMALL, 4, passes),
     };
     let mut sets = vec![
         ("film.width", side.into()),

@@ -6,7 +6,7 @@ mod optics;
 mod pictures;
 
 use crate::lab::experiment::{
-    Conclusion, Effort, Experiment, Outcome, Run, Table, Value, grid, values,
+    Conclusion, Effort, Experiment, Outcome, Run, Table, Timing, Value, grid, values,
 };
 use crate::numeric::rng::{Purpose, Stream};
 use glam::DVec2;
@@ -40,7 +40,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "predicted",
         "measured",
     ],
-    timed: false,
+    timing: Timing::Untimed,
     cpu_seconds: [4.0, 50.0, 200.0],
     plan,
     execute,

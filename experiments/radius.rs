@@ -12,7 +12,7 @@ mod conclusion;
 pub(crate) mod law;
 mod plots;
 
-use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Value, grid, values};
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Timing, Value, grid, values};
 use crate::numeric::rng::{Purpose, Stream, mix};
 use crate::numeric::statistics::Moments;
 use crate::numeric::work::Work;
@@ -56,7 +56,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "residual",
         "residual_error",
     ],
-    timed: false,
+    timing: Timing::Untimed,
     cpu_seconds: [2.5, 100.0, 800.0],
     plan,
     execute,

@@ -52,7 +52,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "seconds",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [4.0, 250.0, 650.0],
+    cpu_seconds: [4.0, 85.0, 650.0],
     plan,
     execute,
     conclude,

@@ -42,7 +42,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "failed_200",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [2.6, 69.0, 870.0],
+    cpu_seconds: [2.6, 65.0, 870.0],
     plan: |_| grid([("policy", values(POLICIES.map(|(name, _)| name)))]),
     execute,
     conclude,

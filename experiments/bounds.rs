@@ -46,7 +46,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "ns_per_ray",
     ],
     timing: Timing::OwnThread,
-    cpu_seconds: [2.0, 130.0, 1000.0],
+    cpu_seconds: [2.0, 65.0, 500.0],
     plan: |_| grid([("profile", values(PROFILES.map(|s| s.name())))]),
     execute,
     conclude: conclusion::conclude,

@@ -57,7 +57,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "drift",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [4.5, 180.0, 3500.0],
+    cpu_seconds: [4.5, 135.0, 3500.0],
     plan,
     execute,
     conclude: conclusion::conclude,

@@ -48,7 +48,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "pixels_changed",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [4.5, 130.0, 2400.0],
+    cpu_seconds: [4.5, 90.0, 2400.0],
     plan,
     execute,
     conclude,
@@ -100,7 +100,7 @@ fn plan(_effort: Effort) -> Vec<Run> {
 fn rays(solver: &str, effort: Effort) -> u64 {
     effort.of(match solver {
         "bernstein" => [100_000, 3_000_000, 30_000_000],
-        _ => [700, 30_000, 1_000_000],
+        _ => [700, 20_000, 1_000_000],
     })
 }
 

@@ -46,7 +46,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "accepted",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [0.5, 9.0, 90.0],
+    cpu_seconds: [0.5, 8.5, 90.0],
     plan,
     execute,
     conclude,

@@ -49,7 +49,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "ns_per_ray",
     ],
     timing: Timing::OwnThread,
-    cpu_seconds: [2.4, 60.0, 1200.0],
+    cpu_seconds: [2.4, 50.0, 1000.0],
     plan,
     execute,
     conclude: conclusion::conclude,

@@ -46,7 +46,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "visits",
     ],
     timing: Timing::OwnThread,
-    cpu_seconds: [1.0, 80.0, 190.0],
+    cpu_seconds: [1.0, 60.0, 140.0],
     plan,
     execute,
     conclude: conclusion::conclude,

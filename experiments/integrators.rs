@@ -30,7 +30,7 @@ const SCENES: [Subjected; 3] = [
         name: "gallery",
         size: (64, 36),
         radius: 0.03,
-        replicates: [12, 24, 12],
+        replicates: [10, 24, 12],
     },
     Subjected {
         name: "lens",
@@ -57,7 +57,7 @@ pub const EXPERIMENT: Experiment = Experiment {
              The kernel's share is a bound from corners of a room (bias² ~ r² at one-sided boundaries).",
     columns: &["scene", "integrator", "replicate", "mean", "render_s"],
     timing: Timing::Untimed,
-    cpu_seconds: [31.0, 320.0, 2600.0],
+    cpu_seconds: [31.0, 350.0, 2900.0],
     plan,
     execute,
     conclude,

@@ -41,7 +41,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "measured",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [4.0, 50.0, 200.0],
+    cpu_seconds: [4.0, 34.0, 200.0],
     plan,
     execute,
     conclude,

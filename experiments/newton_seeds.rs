@@ -40,7 +40,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "ns_per_ray",
     ],
     timing: Timing::OwnThread,
-    cpu_seconds: [4.4, 160.0, 3900.0],
+    cpu_seconds: [4.4, 130.0, 3900.0],
     plan,
     execute,
     conclude,

@@ -57,7 +57,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "residual_error",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [2.5, 100.0, 800.0],
+    cpu_seconds: [2.5, 79.0, 630.0],
     plan,
     execute,
     conclude: conclusion::conclude,

@@ -47,7 +47,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "predicted_mse",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [3.0, 110.0, 880.0],
+    cpu_seconds: [3.0, 69.0, 550.0],
     plan,
     execute,
     conclude: conclusion::conclude,

@@ -50,7 +50,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "gather_s",
     ],
     timing: Timing::WholeMachine,
-    cpu_seconds: [0.8, 110.0, 900.0],
+    cpu_seconds: [0.8, 90.0, 900.0],
     plan,
     execute,
     conclude,

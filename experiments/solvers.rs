@@ -54,7 +54,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "bound_ulps",
     ],
     timing: Timing::OwnThread,
-    cpu_seconds: [9.0, 240.0, 20_000.0],
+    cpu_seconds: [9.0, 226.0, 20_000.0],
     plan,
     execute,
     conclude: conclusion::conclude,

@@ -57,7 +57,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "render_s",
     ],
     timing: Timing::OwnThread,
-    cpu_seconds: [3.0, 230.0, 1800.0],
+    cpu_seconds: [3.0, 180.0, 2000.0],
     plan,
     execute,
     conclude,

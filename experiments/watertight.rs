@@ -43,7 +43,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "ns_per_ray",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [4.5, 140.0, 29_000.0],
+    cpu_seconds: [4.5, 69.0, 29_000.0],
     plan,
     execute,
     conclude,

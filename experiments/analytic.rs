@@ -75,7 +75,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "render_s",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [24.0, 370.0, 5800.0],
+    cpu_seconds: [8.0, 360.0, 5800.0],
     plan,
     execute,
     conclude,

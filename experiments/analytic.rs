@@ -3,25 +3,51 @@
 mod cases;
 
 use crate::lab::claim::{Claim, Estimate};
-use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
+use crate::lab::experiment::{
+    Conclusion, Effort, Experiment, Outcome, Run, Table, Timing, grid, values,
+};
 use crate::lab::page::number;
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::lab::rendering::{Rendered, render, render_scene};
 use crate::numeric::statistics::Moments;
-use cases::Case;
+
+/// A closed room at one reflectance of its wall.
+struct Room {
+    scene: &'static str,
+    albedo: f64,
+    /// Standard deviations of one path, and of one photon, over the mean, as measured: they set the numbers of both. A photon's is that
+    /// of the picture's mean over [`PASSES`] passes, times the root of all photons.
+    noise: [f64; 2],
+}
 
 const ROOMS: [&str; 2] = ["furnace", "integrating_sphere"];
 const ALBEDOS: [f64; 2] = [0.5, 0.8];
+const fn room(scene: &'static str, albedo: f64, noise: [f64; 2]) -> Room {
+    Room {
+        scene,
+        albedo,
+        noise,
+    }
+}
+const SETTINGS: [Room; 4] = [
+    room(ROOMS[0], ALBEDOS[0], [0.22, 1.1]),
+    room(ROOMS[0], ALBEDOS[1], [0.62, 0.9]),
+    room(ROOMS[1], ALBEDOS[0], [0.33, 1.15]),
+    room(ROOMS[1], ALBEDOS[1], [0.71, 0.9]),
+];
 const INTEGRATORS: [&str; 2] = ["path", "ppm"];
 
 /// Pixels a side: every pixel has the same answer, so few do.
 const SIDE: u32 = 8;
+const PIXELS: f64 = (SIDE * SIDE) as f64;
 /// Replicates: 15 degrees of freedom for the standard error.
 const REPLICATES: i64 = 16;
 /// First gather radius in sphere radii: a quarter of the sphere. The kernel has no bias there at any radius.
 const RADIUS: f64 = 1.0;
-/// Standard errors of a case of `path` that make its margin: a proof takes 2.6 of them, so one in 10⁴ true answers is left open.
-const ERRORS_IN_MARGIN: f64 = 8.0;
+/// Passes of `ppm`.
+const PASSES: u32 = 14;
+/// Standard errors that make a margin: a proof takes 2.6 of them, as estimated, so that 7 in 10⁵ true answers are left open.
+const ERRORS_IN_MARGIN: f64 = 7.0;
 
 /// The experiment.
 pub const EXPERIMENT: Experiment = Experiment {
@@ -36,7 +62,8 @@ pub const EXPERIMENT: Experiment = Experiment {
              proved to lie within a margin of the prediction (two one-sided tests at .01): 1 % at smoke effort, .1 % above (.2 % for ppm). \
              Photons within a chord r of a point of a sphere occupy exactly π r² of it, so the photon map has no kernel bias in the closed \
              spheres; the other scenes are for path alone. Each of these is one claim over all its points, which shows the worst: as every point is proved \
-             at the level of the whole, no correction is due (Berger 1982). Their samples are chosen from the noise of one path.",
+             at the level of the whole, no correction is due (Berger 1982). Samples and photons are chosen from the noise of one, such \
+             that a margin is 7 standard errors.",
     columns: &[
         "scene",
         "point",
@@ -47,8 +74,8 @@ pub const EXPERIMENT: Experiment = Experiment {
         "relative_error",
         "render_s",
     ],
-    timed: false,
-    cpu_seconds: [24.0, 690.0, 7000.0],
+    timing: Timing::Untimed,
+    cpu_seconds: [8.0, 360.0, 5800.0],
     plan,
     execute,
     conclude,
@@ -81,15 +108,6 @@ fn predicted(room: &str, albedo: f64) -> f64 {
     numerator / (1.0 - albedo)
 }
 
-/// Camera samples a pixel of `path`, passes and photons a pass of `ppm` in a room: standard errors of an eighth of the margin above smoke.
-fn budget(effort: Effort) -> [u32; 3] {
-    effort.of([
-        [1_024, 8, 16_000],
-        [33_000, 14, 120_000],
-        [330_000, 140, 120_000],
-    ])
-}
-
 fn margin(integrator: &str, effort: Effort) -> f64 {
     match (effort, integrator) {
         (Effort::Smoke, _) => 0.01,
@@ -100,19 +118,20 @@ fn margin(integrator: &str, effort: Effort) -> f64 {
 
 fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     let (scene, point) = (run.text("scene"), run.text("point"));
-    let albedo = ALBEDOS.into_iter().find(|&a| albedo_point(a) == point);
-    let (rendered, truth) = match albedo {
-        Some(albedo) => {
-            let rendered = room(&scene, albedo, &run.text("integrator"), effort, seed)?;
-            (rendered, predicted(&scene, albedo))
+    let room = SETTINGS
+        .iter()
+        .find(|room| room.scene == scene && albedo_point(room.albedo) == point);
+    let (rendered, truth) = match room {
+        Some(room) => {
+            let rendered = room.render(&run.text("integrator"), effort, seed)?;
+            (rendered, predicted(&scene, room.albedo))
         }
         None => {
             let case = cases::of(&scene).into_iter().find(|c| c.point == point);
             let case = case.ok_or_else(|| anyhow::anyhow!("no point {point} of {scene}"))?;
-            (
-                render_scene(&case.scene(spp(&case, effort))?, seed)?,
-                case.predicted,
-            )
+            let spp = samples(case.noise, "path", effort) / PIXELS;
+            let rendered = render_scene(&case.scene(at_least_one(spp))?, seed)?;
+            (rendered, case.predicted)
         }
     };
     let mean = rendered.mean();
@@ -120,34 +139,40 @@ fn execute(run: &Run, effort: Effort, seed: u64) -> anyhow::Result<Outcome> {
     Ok(Outcome::of_row(row, rendered.work))
 }
 
-fn room(
-    name: &str,
-    albedo: f64,
-    integrator: &str,
-    effort: Effort,
-    seed: u64,
-) -> anyhow::Result<Rendered> {
-    let [spp, passes, photons] = budget(effort);
-    let spp = if integrator == "path" { spp } else { 1 };
-    let sets = [
-        ("film.width", SIDE.into()),
-        ("film.height", SIDE.into()),
-        ("material.wall.diffuse.reflectance", vec![albedo; 3].into()),
-        ("render.integrator", integrator.into()),
-        ("render.spp", spp.into()),
-        ("render.passes", passes.into()),
-        ("render.photons", photons.into()),
-        ("render.radius", RADIUS.into()),
-    ];
-    render(name, &sets, seed)
+impl Room {
+    fn render(&self, integrator: &str, effort: Effort, seed: u64) -> anyhow::Result<Rendered> {
+        let [path, photon] = self.noise;
+        let spp = match integrator {
+            "path" => at_least_one(samples(path, integrator, effort) / PIXELS),
+            _ => 1,
+        };
+        let photons = at_least_one(samples(photon, integrator, effort) / f64::from(PASSES));
+        let sets = [
+            ("film.width", SIDE.into()),
+            ("film.height", SIDE.into()),
+            (
+                "material.wall.diffuse.reflectance",
+                vec![self.albedo; 3].into(),
+            ),
+            ("render.integrator", integrator.into()),
+            ("render.spp", spp.into()),
+            ("render.passes", PASSES.into()),
+            ("render.photons", photons.into()),
+            ("render.radius", RADIUS.into()),
+        ];
+        render(self.scene, &sets, seed)
+    }
 }
 
-/// Samples a pixel for the standard error that the margin asks for; at full effort a quarter of it.
-fn spp(case: &Case, effort: Effort) -> u32 {
+/// Samples of a render for the standard error that the margin asks for; at full effort a quarter of it.
+fn samples(noise: f64, integrator: &str, effort: Effort) -> f64 {
     let errors = ERRORS_IN_MARGIN * effort.of([1.0, 1.0, 4.0]);
-    let root = errors * case.noise / margin("path", effort);
-    let per_pixel = root * root / (f64::from(SIDE * SIDE) * REPLICATES as f64);
-    (per_pixel.ceil() as u32).max(1)
+    let root = errors * noise / margin(integrator, effort);
+    root * root / REPLICATES as f64
+}
+
+fn at_least_one(count: f64) -> u32 {
+    (count.ceil() as u32).max(1)
 }
 
 fn conclude(table: &Table, effort: Effort) -> Conclusion {

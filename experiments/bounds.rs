@@ -7,7 +7,7 @@ use crate::geometry::hit::Crossing;
 use crate::geometry::ray::Ray;
 use crate::geometry::revolution::{Placement, Revolution, Solver, exact};
 use crate::geometry::specimens::Specimen;
-use crate::lab::experiment::{Effort, Experiment, Outcome, Run, grid, values};
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Timing, grid, values};
 use crate::lab::families::{Family, Target};
 use crate::lab::table::Value;
 use crate::numeric::clock::ThreadClock;
@@ -45,8 +45,8 @@ pub const EXPERIMENT: Experiment = Experiment {
         "differing_hits",
         "ns_per_ray",
     ],
-    timed: true,
-    cpu_seconds: [2.0, 130.0, 1000.0],
+    timing: Timing::OwnThread,
+    cpu_seconds: [2.0, 65.0, 500.0],
     plan: |_| grid([("profile", values(PROFILES.map(|s| s.name())))]),
     execute,
     conclude: conclusion::conclude,

@@ -8,7 +8,7 @@
 mod conclusion;
 pub mod prediction;
 
-use crate::lab::experiment::{Effort, Experiment, Outcome, Run, values};
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Timing, values};
 use crate::lab::rendering::{on_one_thread, scene};
 use crate::numeric::rng::mix;
 use crate::numeric::work::Work;
@@ -44,7 +44,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "measured",
         "cpu_s",
     ],
-    timed: false,
+    timing: Timing::Untimed,
     cpu_seconds: [3.0, 80.0, 640.0],
     plan,
     execute,

@@ -3,7 +3,9 @@
 use crate::geometry::hit::Side;
 use crate::geometry::ray::Ray;
 use crate::lab::claim::Claim;
-use crate::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, grid, values};
+use crate::lab::experiment::{
+    Conclusion, Effort, Experiment, Outcome, Run, Table, Timing, grid, values,
+};
 use crate::lab::plot::{Axis, Plot, Series};
 use crate::numeric::work::Work;
 use crate::render::scatter::{Lobes, reflect, refract};
@@ -36,7 +38,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "predicted",
         "error",
     ],
-    timed: false,
+    timing: Timing::Untimed,
     cpu_seconds: [0.2, 0.2, 0.2],
     plan,
     execute,

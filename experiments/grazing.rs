@@ -8,7 +8,7 @@ use crate::geometry::ray::Ray;
 use crate::geometry::revolution::clipping::ClippingSettings;
 use crate::geometry::revolution::newton::NewtonSettings;
 use crate::geometry::revolution::{Revolution, Solver, exact};
-use crate::lab::experiment::{Effort, Experiment, Outcome, Run, grid, values};
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Timing, grid, values};
 use crate::lab::table::Value;
 use crate::numeric::clock::ThreadClock;
 use crate::numeric::rng::{Purpose, Stream};
@@ -48,8 +48,8 @@ pub const EXPERIMENT: Experiment = Experiment {
         "fallbacks",
         "ns_per_ray",
     ],
-    timed: true,
-    cpu_seconds: [2.4, 60.0, 1200.0],
+    timing: Timing::OwnThread,
+    cpu_seconds: [2.4, 50.0, 1000.0],
     plan,
     execute,
     conclude: conclusion::conclude,

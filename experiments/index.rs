@@ -10,7 +10,7 @@ use crate::index::linear::Linear;
 use crate::index::wide::WideTree;
 use crate::index::wide::swapped::Swapped;
 use crate::index::{BallIndex, Balls};
-use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Value, grid, values};
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Timing, Value, grid, values};
 use crate::lab::rendering::on_one_thread;
 use crate::numeric::clock::ThreadClock;
 use crate::numeric::work::Work;
@@ -45,8 +45,8 @@ pub const EXPERIMENT: Experiment = Experiment {
         "bytes_per_point",
         "visits",
     ],
-    timed: true,
-    cpu_seconds: [1.0, 80.0, 190.0],
+    timing: Timing::OwnThread,
+    cpu_seconds: [1.0, 60.0, 140.0],
     plan,
     execute,
     conclude: conclusion::conclude,

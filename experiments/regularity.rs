@@ -12,7 +12,7 @@
 mod conclusion;
 mod edge;
 
-use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Value, values};
+use crate::lab::experiment::{Effort, Experiment, Outcome, Run, Timing, Value, values};
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::statistics::Moments;
 use crate::numeric::work::Work;
@@ -46,8 +46,8 @@ pub const EXPERIMENT: Experiment = Experiment {
         "mse",
         "predicted_mse",
     ],
-    timed: false,
-    cpu_seconds: [3.0, 110.0, 880.0],
+    timing: Timing::Untimed,
+    cpu_seconds: [3.0, 69.0, 550.0],
     plan,
     execute,
     conclude: conclusion::conclude,

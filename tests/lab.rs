@@ -1,7 +1,7 @@
 //! The laboratory: nothing but the plan and the seed decides a table, and verdicts are what their rules say.
 
 use photolathe::lab::claim::{Claim, Comparison, Doubt, Estimate, Subject, Verdict};
-use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table};
+use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, Timing};
 use photolathe::lab::runner::{Finished, RunOptions, Shard, run_experiment};
 use photolathe::lab::table::is_time_column;
 use photolathe::numeric::rng::{Purpose, Stream};
@@ -24,7 +24,7 @@ const TOY: Experiment = Experiment {
     prediction: "It is.",
     method: "Means of n numbers.",
     columns: &["n", "kind", "mean", "render_s"],
-    timed: false,
+    timing: Timing::Untimed,
     cpu_seconds: [1.0, 10.0, 100.0],
     plan: |_| {
         let grid = [10_i64, 100, 1000]
@@ -195,23 +195,35 @@ fn a_finished_run_is_never_run_again_and_a_lost_one_is() {
     assert_eq!(CALLS.load(SeqCst), 15);
 }
 
-#[test]
-fn timed_runs_have_the_machine_to_themselves() {
+/// The most runs at once of an experiment whose runs sleep, on so many threads.
+fn most_at_once(timing: Timing, threads: usize) -> usize {
     static NOW: AtomicUsize = AtomicUsize::new(0);
     static MOST: AtomicUsize = AtomicUsize::new(0);
-    let timed = Experiment {
-        timed: true,
+    let sleeping = Experiment {
+        timing,
         execute: |run, effort, seed| {
             MOST.fetch_max(NOW.fetch_add(1, SeqCst) + 1, SeqCst);
-            std::thread::sleep(std::time::Duration::from_millis(5));
+            std::thread::sleep(std::time::Duration::from_millis(20));
             NOW.fetch_sub(1, SeqCst);
             (TOY.execute)(run, effort, seed)
         },
         ..TOY
     };
+    MOST.store(0, SeqCst);
     let directory = tempfile::tempdir().unwrap();
-    run(&timed, &options(directory.path()));
-    assert_eq!(MOST.load(SeqCst), 1);
+    let options = options(directory.path());
+    let threads = Some(threads);
+    run(&sleeping, &RunOptions { threads, ..options });
+    MOST.load(SeqCst)
+}
+
+#[test]
+fn runs_share_the_machine_only_as_their_clock_allows() {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    assert_eq!(most_at_once(Timing::WholeMachine, 6), 1);
+    assert_eq!(most_at_once(Timing::OwnThread, 1), 1);
+    assert!(most_at_once(Timing::OwnThread, 6) <= cores);
+    assert!(most_at_once(Timing::Untimed, 6) > 1);
 }
 
 #[test]

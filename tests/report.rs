@@ -3,7 +3,7 @@
 use photolathe::image::picture::Picture;
 use photolathe::lab::claim::{Claim, Estimate, Subject, Verdict};
 use photolathe::lab::contrast::Contrast;
-use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run};
+use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Timing};
 use photolathe::lab::join::{Choice, Side, join};
 use photolathe::lab::page::number;
 use photolathe::lab::plot::{Plot, Series};
@@ -26,7 +26,7 @@ const TOY: Experiment = Experiment {
     prediction: "It is.",
     method: "One number a run.",
     columns: &["index", "value", "render_s"],
-    timed: false,
+    timing: Timing::Untimed,
     cpu_seconds: [1.0, 10.0, 100.0],
     plan: |_| (0..RUNS).map(|i| Run::new([("index", i.into())])).collect(),
     execute: |run, _, seed| {

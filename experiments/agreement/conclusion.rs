@@ -1,8 +1,6 @@
 //! Claims, plots and maps of `agreement`.
 
-use super::{
-    BLOCKS, EXPERIMENT, METHODS, Method, PATH, SCENES, Subjected, budget, grey, reference,
-};
+use super::{BLOCKS, EXPERIMENT, METHODS, Method, PATH, SCENES, Subjected, grey, reference};
 use crate::image::picture::Picture;
 use crate::lab::claim::{Claim, Comparison, Estimate};
 use crate::lab::contrast::Contrast;
@@ -57,8 +55,7 @@ fn least_error(scene: &Subjected, method: &Method, effort: Effort) -> f64 {
     if method.name != PATH.name {
         return 0.0;
     }
-    let [spp, _] = budget(effort);
-    let samples = f64::from(spp) * method.replicates as f64;
+    let samples = f64::from(effort.of(scene.path_samples)) * method.replicates as f64;
     reference(scene.letter).map_or(f64::NAN, |truth| (truth.spp / samples).sqrt())
 }
 

@@ -53,7 +53,7 @@ pub(super) fn edge(seed: u64) -> anyhow::Result<Outcome> {
                 "[[quad]]\ncorner = [-9, -9, 0]\nedge_u = [{:?}, 0, 0]\nedge_v = [0, 30, 0]\nmaterial = \"lamp\"\n",
                 11.0 + share
             );
-            let picture = render(&film(5, &quad)?, &method, seed)?;
+            let picture = render(&film(5, &quad)?, &method, seed);
             let off = picture.film.pixels()[2 * 5 + 2].mean().x - share;
             squares += off * off / f64::from(PLACES);
             total.add(&picture);
@@ -78,7 +78,7 @@ pub(super) fn disc(name: &str, effort: Effort, seed: u64) -> anyhow::Result<Outc
             2.0 + x,
             2.0 + y
         );
-        let picture = render(&film(5, &disc)?, &method, seed)?;
+        let picture = render(&film(5, &disc)?, &method, seed);
         found += u32::from(picture.resampled.iter().any(|&marked| marked));
         let sum: f64 = picture.film.pixels().iter().map(|p| p.mean().x).sum();
         let off = sum - std::f64::consts::PI * radius * radius;

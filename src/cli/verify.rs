@@ -27,7 +27,8 @@ Writes DIR/index.html (one file, no network), DIR/claims.json, a CSV for every e
 Finished runs are kept in DIR and not run again. Exit codes: 0 fine, 1 a claim failed or stayed inconclusive at the effort that
 should decide it, 2 trouble.")]
 pub struct VerifyArgs {
-    /// How much work to spend: smoke takes at most 2 minutes on 2 cores, standard 30, full hours.
+    /// How much work to spend: smoke takes at most 2 minutes on 2 cores, standard 30, full hours. Runs that measure time share the
+    /// machine only where that does not disturb their clock: never more than one a core, or none beside them.
     #[arg(long, value_enum, default_value = "smoke")]
     effort: Effort,
     /// Only this experiment; may be repeated.
@@ -233,7 +234,9 @@ fn command(args: &VerifyArgs) -> String {
 /// What a run will take, by the CPU seconds that the experiments state and the runs that are not done yet.
 fn estimate(chosen: &[&Experiment], args: &VerifyArgs) -> anyhow::Result<String> {
     let mut text = String::new();
-    let mut sum = 0.0;
+    let cores = Machine::here().cores;
+    let threads = args.threads.unwrap_or(cores);
+    let (mut sum, mut wall) = (0.0, 0.0);
     for experiment in chosen {
         let plan = checked_plan(experiment, args.effort)?;
         let records = Records::new(&args.out, experiment, args.effort, args.seed);
@@ -244,20 +247,21 @@ fn estimate(chosen: &[&Experiment], args: &VerifyArgs) -> anyhow::Result<String>
         let share = to_do as f64 / plan.len().max(1) as f64;
         let seconds = share * args.effort.of(experiment.cpu_seconds);
         sum += seconds;
+        wall += seconds / experiment.timing.runs_at_once(threads, cores) as f64;
         let (name, all, time) = (experiment.name, plan.len(), duration(seconds));
         text += &format!("{name:14} about {time} of CPU, {to_do} of {all} runs to do\n");
     }
     if args.only.is_empty() {
         let seconds = args.effort.of(showcase::CPU_SECONDS);
         sum += seconds;
+        wall += seconds / threads as f64;
         text += &format!("{:14} about {} of CPU\n", "pictures", duration(seconds));
     }
-    let threads = args.threads.unwrap_or_else(|| Machine::here().cores);
     text += &format!(
         "in all         about {} of CPU, {} on {threads} threads; within a factor of two, from the CPU seconds that each experiment\n\
-         states (measured at smoke, scaled by the amount of work elsewhere)\n",
+         states (measured at smoke and standard, scaled from there by the amount of work at full effort)\n",
         duration(sum),
-        duration(sum / threads as f64)
+        duration(wall)
     );
     Ok(text)
 }

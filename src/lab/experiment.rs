@@ -155,6 +155,29 @@ impl Outcome {
     }
 }
 
+/// What the times of a run are of, and so what may run beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timing {
+    /// No claim rests on a time: as many runs at once as there are threads.
+    Untimed,
+    /// CPU time of the run's one thread (`ThreadClock`): as many runs at once as there are threads, but never more than one a core.
+    /// What they share beyond cores, caches above all, remains: claims compare times of the same run, or leave room for it.
+    OwnThread,
+    /// CPU time of the process, or time on the wall: one run at a time.
+    WholeMachine,
+}
+
+impl Timing {
+    /// The most runs at once on so many threads (≥ 1) of a machine of so many cores (≥ 1).
+    pub fn runs_at_once(self, threads: usize, cores: usize) -> usize {
+        match self {
+            Self::Untimed => threads,
+            Self::OwnThread => threads.min(cores),
+            Self::WholeMachine => 1,
+        }
+    }
+}
+
 /// What the experiment says about a complete table.
 #[derive(Clone, Debug, Default)]
 pub struct Conclusion {
@@ -179,10 +202,10 @@ pub struct Experiment {
     pub method: &'static str,
     /// Columns of the table; those that end in `_s`, `_ms`, `_ns` or start with `ns_per_`, and `seconds`, hold times.
     pub columns: &'static [&'static str],
-    /// Whether runs measure time and so must have the machine to themselves.
-    pub timed: bool,
+    /// What the times of a run are of: says what may run beside it.
+    pub timing: Timing,
     /// CPU seconds of all runs at smoke, standard and full effort, on one core of some 3 GHz: what a full run's estimate rests on.
-    /// The first is measured, the others may be scaled from it by the amount of work (rays, samples, photons).
+    /// The first two are measured, the last may be scaled from them by the amount of work (rays, samples, photons).
     pub cpu_seconds: [f64; 3],
     /// The runs at an effort, each with a name of its own; the table keeps their order.
     pub plan: fn(Effort) -> Vec<Run>,
@@ -215,6 +238,21 @@ impl Experiment {
         Table {
             columns: self.columns.iter().map(|&name| name.to_owned()).collect(),
             rows,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thread_is_timed_on_a_core_of_its_own_and_a_machine_by_one_run() {
+        for (threads, cores) in [(1, 1), (1, 8), (8, 2), (2, 2), (3, 4)] {
+            let at_once = |timing: Timing| timing.runs_at_once(threads, cores);
+            assert_eq!(at_once(Timing::Untimed), threads);
+            assert_eq!(at_once(Timing::OwnThread), threads.min(cores));
+            assert_eq!(at_once(Timing::WholeMachine), 1);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Runs an experiment: plan, runs (in parallel, or alone if they are timed), records, table, conclusion.
+//! Runs an experiment: plan, runs (beside each other as their timing allows), records, table, conclusion.
 //!
 //! A run's random numbers are keyed by the seed, the experiment and the run's name, and the table is put together from the
 //! records in the order of the plan: threads, shards, order and interruptions change no byte of it, times aside.
@@ -258,11 +258,10 @@ fn execute(
         watch(finished.fetch_add(1, Ordering::Relaxed) + 1, runs.len());
         Ok(())
     };
-    let workers = if experiment.timed {
-        1
-    } else {
-        threads.min(runs.len())
-    };
+    let workers = experiment
+        .timing
+        .runs_at_once(threads, machine.cores)
+        .min(runs.len());
     let next = AtomicUsize::new(0);
     // Threads of our own, not a pool's: a pool's thread that waits for a render would start other runs meanwhile, and mix their
     // times and memory. Every run is tried before the first error is told, so that one bad run does not cost the others.

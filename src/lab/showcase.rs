@@ -34,7 +34,7 @@ pub const SHOWPIECES: [Showpiece; 2] = [
 ];
 
 /// CPU seconds of all pictures at smoke, standard and full effort: the first estimated from whole runs, the others scaled by samples and photons.
-pub const CPU_SECONDS: [f64; 3] = [16.0, 300.0, 2500.0];
+pub const CPU_SECONDS: [f64; 3] = [16.0, 160.0, 2500.0];
 
 /// Hears passes done and planned.
 type Tell<'a> = &'a (dyn Fn(usize, usize) + Sync);
@@ -51,7 +51,7 @@ impl Showpiece {
     ) -> anyhow::Result<Contrast> {
         let (passes, photons, spp) = effort.of([
             (8_u32, 40_000_u32, 32_u32),
-            (64, 100_000, 512),
+            (64, 100_000, 256),
             (512, 200_000, 4_096),
         ]);
         let ppm = [

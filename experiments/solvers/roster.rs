@@ -64,15 +64,7 @@ pub(super) fn contestants(surface: &Revolution, family: Family) -> Vec<Contestan
         library(LIBRARY, 1e-14),
         library("polycool-default", 6e-7),
     ];
-    all.insert(
-        1,
-        Contestant {
-            name: BATCH,
-            starts: 0,
-            tolerance: ROUNDING,
-            way: Way::Batch,
-        },
-    );
+    all.insert(1, batch(BATCH));
     let starts: &[u32] = match family {
         Family::Random => &[3, 10, 30, 100],
         _ => &[30],
@@ -97,6 +89,21 @@ pub(super) fn contestants(surface: &Revolution, family: Family) -> Vec<Contestan
     all
 }
 
+/// The default solver on many rays at once.
+fn batch(name: &'static str) -> Contestant {
+    Contestant {
+        name,
+        starts: 0,
+        tolerance: ROUNDING,
+        way: Way::Batch,
+    }
+}
+
+/// The default solver where another one's answers stand for the truth.
+pub(super) fn checked() -> Contestant {
+    batch(CHECKED)
+}
+
 /// The default solver without its vector instructions, and without its bounding test.
 fn ablation(surface: &Revolution) -> [Contestant; 3] {
     let prepared = || Prepared::new(surface.profile());
@@ -119,6 +126,8 @@ fn ablation(surface: &Revolution) -> [Contestant; 3] {
 pub(super) const BERNSTEIN: &str = "bernstein";
 /// The same in batches.
 pub(super) const BATCH: &str = "bernstein-batch";
+/// The same, on more rays, checked by another solver.
+pub(super) const CHECKED: &str = "bernstein-checked";
 /// A ray at a time, with the instructions that every processor of the kind has.
 pub(super) const PORTABLE: &str = "bernstein-portable";
 /// The same in batches.

@@ -4,6 +4,7 @@ use super::evenly::{self, Choice};
 use super::parts::joined;
 use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
+use crate::numeric::clock::ThreadClock;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
 use crate::render::scatter::{Interface, Lobes, reflect};
@@ -63,6 +64,8 @@ pub struct View {
     pub emission: Vec<Rgb>,
     /// Work done.
     pub work: Work,
+    /// CPU seconds of the paths.
+    pub seconds: f64,
 }
 
 /// What decides the camera samples.
@@ -91,6 +94,7 @@ pub fn view(scene: &Scene, sampling: &Sampling) -> View {
     let chunks: Vec<View> = (0..pixels.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
+            let clock = ThreadClock::start();
             let viewer = Viewer {
                 scene,
                 sampling,
@@ -98,11 +102,17 @@ pub fn view(scene: &Scene, sampling: &Sampling) -> View {
                 first: chunk * CHUNK,
                 log: Log::default(),
             };
-            viewer.view(CHUNK.min(pixels - chunk * CHUNK))
+            let view = viewer.view(CHUNK.min(pixels - chunk * CHUNK));
+            View {
+                seconds: clock.seconds(),
+                ..view
+            }
         })
         .collect();
+    let mut seconds = 0.0;
     for chunk in &chunks {
         work += chunk.work;
+        seconds += chunk.seconds;
     }
     let hit_points: Vec<&[HitPoint]> = chunks.iter().map(|chunk| &*chunk.hit_points).collect();
     let emission: Vec<&[Rgb]> = chunks.iter().map(|chunk| &*chunk.emission).collect();
@@ -110,6 +120,7 @@ pub fn view(scene: &Scene, sampling: &Sampling) -> View {
         hit_points: joined(&hit_points, |_, hit_point| hit_point),
         emission: joined(&emission, |_, radiance| radiance),
         work,
+        seconds,
     }
 }
 
@@ -291,6 +302,7 @@ impl Viewer<'_> {
                 .collect(),
             emission,
             work,
+            seconds: 0.0,
         }
     }
 

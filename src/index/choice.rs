@@ -64,7 +64,7 @@ impl BallIndex for Index {
         each!(self, index => index.visit(query, work, found));
     }
 
-    fn answers<T: Copy + Default>(&self) -> Answers<'_, T> {
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
         each!(self, index => index.answers())
     }
 

@@ -153,7 +153,7 @@ impl BallIndex for Grid {
 
     /// Cells are as wide as twice the median radius, or wider if that would make more than four for each query: a grid is at
     /// its best where radii and densities are even.
-    fn answers<T: Copy + Default>(&self) -> Answers<'_, T> {
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
         Answers::blank(self.balls.len())
     }
 

@@ -251,7 +251,7 @@ impl BallIndex for KdTree {
         }
     }
 
-    fn answers<T: Copy + Default>(&self) -> Answers<'_, T> {
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
         Answers::blank(self.order.len())
     }
 

@@ -216,7 +216,7 @@ pub trait BallIndex {
     fn visit(&self, query: DVec3, work: &mut Work, found: &mut dyn FnMut(usize));
 
     /// Blank answers of all balls.
-    fn answers<T: Copy + Default>(&self) -> Answers<'_, T>;
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T>;
 
     /// Calls `gather` for every ball that covers at least one query, with the ball, the indices of its queries in rising order, and
     /// what it has answered so far. At most 2³² − 1 queries.

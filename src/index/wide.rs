@@ -141,9 +141,10 @@ impl BallIndex for WideTree {
         }
     }
 
-    fn answers<T: Copy + Default>(&self) -> Answers<'_, T> {
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
+        let all = self.order.par_iter().with_min_len(LEAST);
         Answers {
-            values: vec![T::default(); self.order.len()],
+            values: all.map(|_| T::default()).collect(),
             places: Some(&self.places),
         }
     }

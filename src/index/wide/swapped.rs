@@ -77,7 +77,7 @@ impl BallIndex for Swapped {
         scan(&self.balls, query, work, found);
     }
 
-    fn answers<T: Copy + Default>(&self) -> Answers<'_, T> {
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
         Answers::blank(self.balls.len())
     }
 

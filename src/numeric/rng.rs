@@ -86,6 +86,15 @@ impl Stream {
         [self.uniform(), self.uniform()]
     }
 
+    /// Passes over the next two numbers: for nothing, where they are a block.
+    pub fn skip2(&mut self) {
+        if self.spare.is_none() {
+            self.counter[3] = self.counter[3].wrapping_add(1);
+        } else {
+            self.uniform2();
+        }
+    }
+
     /// The next number, uniform in [low, high) up to rounding.
     pub fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
@@ -334,6 +343,23 @@ mod tests {
             ),
             [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1]
         );
+    }
+
+    #[test]
+    fn numbers_passed_over_are_two() {
+        for before in 0..4 {
+            let mut stream = Stream::new(9, Purpose::Test, 1);
+            for _ in 0..before {
+                stream.next_u64();
+            }
+            let mut skipping = stream.clone();
+            skipping.skip2();
+            stream.uniform2();
+            assert_eq!(
+                [0; 3].map(|_| skipping.next_u64()),
+                [0; 3].map(|_| stream.next_u64())
+            );
+        }
     }
 
     /// With and without a number to spare, and where the count of blocks begins anew.

@@ -54,12 +54,18 @@ fn plane_parameter(ray: &Ray, point: DVec3, normal: DVec3) -> f64 {
     (point - ray.origin).dot(normal) / ray.direction.dot(normal)
 }
 
-fn flat_hit(ray: &Ray, crossing: Crossing, anchor: DVec3, normal: DVec3, st: DVec2) -> Hit {
-    let on_ray = ray.at(crossing.t);
+/// The point of a flat shape that a ray meets at `t`, and the bound of its error. `anchor` is a point of the shape's plane.
+#[inline(always)]
+pub(crate) fn flat_point(ray: &Ray, t: f64, anchor: DVec3, normal: DVec3) -> (DVec3, f64) {
+    let on_ray = ray.at(t);
     let point = on_ray + (anchor - on_ray).dot(normal) * normal;
     // The projection leaves a distance of a few roundings of the coordinates it is computed from.
     let size = point.abs().max_element() + anchor.abs().max_element() + (point - anchor).length();
-    let error = 8.0 * f64::EPSILON * size;
+    (point, 8.0 * f64::EPSILON * size)
+}
+
+fn flat_hit(ray: &Ray, crossing: Crossing, anchor: DVec3, normal: DVec3, st: DVec2) -> Hit {
+    let (point, error) = flat_point(ray, crossing.t, anchor, normal);
     Hit {
         t: crossing.t,
         point,

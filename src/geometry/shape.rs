@@ -59,6 +59,16 @@ impl Shape {
         }
     }
 
+    /// A point of its plane, and the unit normal, if the shape is flat.
+    pub fn flat(&self) -> Option<(DVec3, DVec3)> {
+        match self {
+            Self::Quad(quad) => Some((quad.corner, quad.normal())),
+            Self::Plane(plane) => Some((plane.point, plane.normal)),
+            Self::Disc(disc) => Some((disc.center, disc.normal)),
+            Self::Sphere(_) | Self::Revolution(_) => None,
+        }
+    }
+
     /// Every crossing inside the ray's open range, by rising t. A tangency counts once.
     pub fn crossings(&self, ray: &Ray, solver: &Solver, work: &mut Work) -> Vec<Crossing> {
         work.surface_tests += 1;

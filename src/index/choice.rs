@@ -64,11 +64,20 @@ impl BallIndex for Index {
         each!(self, index => index.visit(query, work, found));
     }
 
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
-    where
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
+        each!(self, index => index.answers())
+    }
+
+    fn join_onto<T, G>(
+        &self,
+        answers: &mut Answers<'_, T>,
+        queries: &[DVec3],
+        gather: &G,
+        work: &mut Work,
+    ) where
         T: Copy + Default + Send + Sync,
-        G: Fn(usize, &[u32]) -> T + Sync,
+        G: Fn(usize, &[u32], &mut T) + Sync,
     {
-        each!(self, index => index.join(queries, gather, work))
+        each!(self, index => index.join_onto(answers, queries, gather, work));
     }
 }

@@ -153,13 +153,22 @@ impl BallIndex for Grid {
 
     /// Cells are as wide as twice the median radius, or wider if that would make more than four for each query: a grid is at
     /// its best where radii and densities are even.
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
-    where
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
+        Answers::blank(self.balls.len())
+    }
+
+    fn join_onto<T, G>(
+        &self,
+        answers: &mut Answers<'_, T>,
+        queries: &[DVec3],
+        gather: &G,
+        work: &mut Work,
+    ) where
         T: Copy + Default + Send + Sync,
-        G: Fn(usize, &[u32]) -> T + Sync,
+        G: Fn(usize, &[u32], &mut T) + Sync,
     {
-        let mut answers = vec![T::default(); self.balls.len()];
         let cells = Cells::new(queries, self.cell());
+        let answers = &mut answers.values[..self.balls.len()];
         let chunks = answers.par_chunks_mut(CHUNK).enumerate();
         let works = chunks.map_init(Vec::new, |hits, (chunk, out)| {
             let mut work = Work::default();
@@ -175,12 +184,11 @@ impl BallIndex for Grid {
                 }
                 if !hits.is_empty() {
                     hits.sort_unstable();
-                    *answer = gather(item, hits);
+                    gather(item, hits, answer);
                 }
             }
             work
         });
         *work += works.reduce(Work::default, sum);
-        answers.into()
     }
 }

@@ -183,7 +183,7 @@ impl KdTree {
     fn join_below<T, G>(&self, node: usize, queries: &[Query], out: &mut [T], gather: &G) -> Work
     where
         T: Copy + Default + Send + Sync,
-        G: Fn(usize, &[u32]) -> T + Sync,
+        G: Fn(usize, &[u32], &mut T) + Sync,
     {
         let mut work = Work {
             index_visits: queries.len() as u64,
@@ -211,7 +211,7 @@ impl KdTree {
 
     fn join_leaf<T, G>(&self, node: usize, queries: &[Query], out: &mut [T], gather: &G)
     where
-        G: Fn(usize, &[u32]) -> T,
+        G: Fn(usize, &[u32], &mut T),
     {
         let mut covered = vec![0; queries.len()];
         for (place, answer) in self.range(node).zip(out) {
@@ -223,7 +223,7 @@ impl KdTree {
                 count += usize::from(covers(center, radius_squared, query.point));
             }
             if count > 0 {
-                *answer = gather(self.order[place] as usize, &covered[..count]);
+                gather(self.order[place] as usize, &covered[..count], answer);
             }
         }
     }
@@ -251,22 +251,30 @@ impl BallIndex for KdTree {
         }
     }
 
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
-    where
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
+        Answers::blank(self.order.len())
+    }
+
+    fn join_onto<T, G>(
+        &self,
+        answers: &mut Answers<'_, T>,
+        queries: &[DVec3],
+        gather: &G,
+        work: &mut Work,
+    ) where
         T: Copy + Default + Send + Sync,
-        G: Fn(usize, &[u32]) -> T + Sync,
+        G: Fn(usize, &[u32], &mut T) + Sync,
     {
         let queries: Vec<Query> = (0..)
             .zip(queries)
             .map(|(index, &point)| Query { point, index })
             .collect();
-        let mut in_tree_order = vec![T::default(); self.order.len()];
+        let places = || self.order.iter().map(|&item| item as usize);
+        let mut in_tree_order: Vec<T> = places().map(|item| answers.values[item]).collect();
         *work += self.join_below(0, &queries, &mut in_tree_order, gather);
-        let mut answers = vec![T::default(); self.order.len()];
-        for (&item, answer) in self.order.iter().zip(in_tree_order) {
-            answers[item as usize] = answer;
+        for (item, answer) in places().zip(in_tree_order) {
+            answers.values[item] = answer;
         }
-        answers.into()
     }
 }
 

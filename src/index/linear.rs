@@ -30,28 +30,32 @@ impl BallIndex for Linear {
         scan(&self.balls, query, work, found);
     }
 
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
-    where
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
+        Answers::blank(self.balls.len())
+    }
+
+    fn join_onto<T, G>(
+        &self,
+        answers: &mut Answers<'_, T>,
+        queries: &[DVec3],
+        gather: &G,
+        work: &mut Work,
+    ) where
         T: Copy + Default + Send + Sync,
-        G: Fn(usize, &[u32]) -> T + Sync,
+        G: Fn(usize, &[u32], &mut T) + Sync,
     {
         work.index_visits += queries.len() as u64;
         work.index_tests += (self.balls.len() * queries.len()) as u64;
         let mut covered: Vec<u32> = Vec::new();
-        let answers: Vec<T> = (0..self.balls.len())
-            .map(|item| {
-                covered.clear();
-                covered.extend(
-                    (0..queries.len() as u32)
-                        .filter(|&query| self.balls.covers(item, queries[query as usize])),
-                );
-                if covered.is_empty() {
-                    T::default()
-                } else {
-                    gather(item, &covered)
-                }
-            })
-            .collect();
-        answers.into()
+        for (item, answer) in answers.values[..self.balls.len()].iter_mut().enumerate() {
+            covered.clear();
+            covered.extend(
+                (0..queries.len() as u32)
+                    .filter(|&query| self.balls.covers(item, queries[query as usize])),
+            );
+            if !covered.is_empty() {
+                gather(item, &covered, answer);
+            }
+        }
     }
 }

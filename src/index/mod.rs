@@ -18,6 +18,10 @@ pub mod wide;
 
 use crate::numeric::work::Work;
 use glam::DVec3;
+use rayon::prelude::*;
+
+/// Answers that one thread moves at least.
+const LEAST: usize = 1 << 12;
 
 /// Why balls cannot be indexed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -181,18 +185,26 @@ impl<T: Copy> Answers<'_, T> {
     pub fn of(&self, ball: usize) -> T {
         self.values[self.places.map_or(ball, |places| places[ball] as usize)]
     }
+}
 
+impl<T: Copy + Send + Sync> Answers<'_, T> {
     /// The answers in the order of the balls.
-    pub fn in_order(&self) -> Vec<T> {
-        (0..self.values.len()).map(|ball| self.of(ball)).collect()
+    pub fn in_order(self) -> Vec<T> {
+        match self.places {
+            None => self.values,
+            Some(places) => {
+                let places = places.par_iter().with_min_len(LEAST);
+                places.map(|&place| self.values[place as usize]).collect()
+            }
+        }
     }
 }
 
-impl<T> From<Vec<T>> for Answers<'_, T> {
-    /// Answers in the order of the balls.
-    fn from(values: Vec<T>) -> Self {
+impl<T: Copy + Default> Answers<'_, T> {
+    /// Blank answers of so many balls, in their order.
+    fn blank(balls: usize) -> Self {
         Self {
-            values,
+            values: vec![T::default(); balls],
             places: None,
         }
     }
@@ -203,12 +215,35 @@ pub trait BallIndex {
     /// Calls `found` with every ball that covers `query`, in an order that depends on the balls and the query only.
     fn visit(&self, query: DVec3, work: &mut Work, found: &mut dyn FnMut(usize));
 
-    /// Calls `gather` for every ball that covers at least one query, with the ball and the indices of its queries in rising
-    /// order, and returns its answers; the others have `T::default()`. At most 2³² − 1 queries.
+    /// Blank answers of all balls.
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T>;
+
+    /// Calls `gather` for every ball that covers at least one query, with the ball, the indices of its queries in rising order, and
+    /// what it has answered so far. At most 2³² − 1 queries.
     ///
     /// Runs on the current rayon pool; the answers do not depend on the number of threads.
+    ///
+    /// # Panics
+    /// If there are fewer answers than balls. They must be those of [`Self::answers`].
+    fn join_onto<T, G>(
+        &self,
+        answers: &mut Answers<'_, T>,
+        queries: &[DVec3],
+        gather: &G,
+        work: &mut Work,
+    ) where
+        T: Copy + Default + Send + Sync,
+        G: Fn(usize, &[u32], &mut T) + Sync;
+
+    /// The same once: what `gather` returns is a ball's answer, `T::default()` that of balls that cover no query.
     fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
     where
         T: Copy + Default + Send + Sync,
-        G: Fn(usize, &[u32]) -> T + Sync;
+        G: Fn(usize, &[u32]) -> T + Sync,
+    {
+        let mut answers = self.answers();
+        let gather = |ball: usize, found: &[u32], answer: &mut T| *answer = gather(ball, found);
+        self.join_onto(&mut answers, queries, &gather, work);
+        answers
+    }
 }

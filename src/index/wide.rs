@@ -141,12 +141,25 @@ impl BallIndex for WideTree {
         }
     }
 
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
+        let all = self.order.par_iter().with_min_len(LEAST);
+        Answers {
+            values: all.map(|_| T::default()).collect(),
+            places: Some(&self.places),
+        }
+    }
+
     /// About 2 ns a result where a query has 20 and queries come along a curve ([`order`](crate::index::curve::order), about 2 ns a result more); if they
     /// do not, they are sorted here and every list is sorted back: about 15. Memory: 26 bytes a query, and the answers.
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
-    where
+    fn join_onto<T, G>(
+        &self,
+        answers: &mut Answers<'_, T>,
+        queries: &[DVec3],
+        gather: &G,
+        work: &mut Work,
+    ) where
         T: Copy + Default + Send + Sync,
-        G: Fn(usize, &[u32]) -> T + Sync,
+        G: Fn(usize, &[u32], &mut T) + Sync,
     {
         let (packets, order) = Packets::compact(queries);
         let join = Join {
@@ -155,34 +168,29 @@ impl BallIndex for WideTree {
             order,
             gather,
         };
-        let all = self.order.par_iter().with_min_len(LEAST);
-        let mut in_tree_order: Vec<T> = all.map(|_| T::default()).collect();
+        let in_tree_order = &mut answers.values[..self.order.len()];
         if let Some(top) = self.levels.len().checked_sub(1) {
             let packets: Vec<u32> = (0..join.queries.packets.len() as u32).collect();
             let scratch = &mut Scratch::default();
-            *work += join.descend(top, 0, &packets, &mut in_tree_order, scratch);
-        }
-        Answers {
-            values: in_tree_order,
-            places: Some(&self.places),
+            *work += join.descend(top, 0, &packets, in_tree_order, scratch);
         }
     }
 }
 
-impl<T, G> Join<'_, G>
-where
-    T: Copy + Default + Send + Sync,
-    G: Fn(usize, &[u32]) -> T + Sync,
-{
+impl<G> Join<'_, G> {
     /// Hands packets down to a node's children. `out` has the places of the balls below the node.
-    fn descend(
+    fn descend<T>(
         &self,
         level: usize,
         node: usize,
         packets: &[u32],
         out: &mut [T],
         scratch: &mut Scratch,
-    ) -> Work {
+    ) -> Work
+    where
+        T: Copy + Default + Send + Sync,
+        G: Fn(usize, &[u32], &mut T) + Sync,
+    {
         if packets.is_empty() {
             return Work::default();
         }
@@ -274,7 +282,7 @@ struct Leaf<'a, T, G> {
 impl<T, G> Kernel for Leaf<'_, T, G>
 where
     T: Copy + Default + Send + Sync,
-    G: Fn(usize, &[u32]) -> T + Sync,
+    G: Fn(usize, &[u32], &mut T) + Sync,
 {
     type Output = Work;
 
@@ -307,7 +315,7 @@ where
             let hits = &mut hits[..count];
             if count > 0 {
                 restore(order.as_deref(), hits);
-                *answer = gather(tree.order[place] as usize, hits);
+                gather(tree.order[place] as usize, hits, answer);
             }
         }
         work

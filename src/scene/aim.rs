@@ -18,12 +18,15 @@ use super::sampling::{cosine_density, cosine_hemisphere, uniform_cone, uniform_s
 use super::{Object, Rgb};
 use crate::geometry::shape::Shape;
 use crate::geometry::sphere::Sphere;
-use crate::numeric::rng::Stream;
+use crate::numeric::rng::Numbers;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 /// Balls seen under a smaller sine are not aimed at: rounding of directions, 2⁻⁵³, must be nothing beside them.
 const LEAST_SINE: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// Balls whose cones are kept.
+const KEPT: usize = 4;
 
 /// Share of aimed photons, a. What no ball shows gets fewer photons, so its noise grows by 1/√(1 − a) at most: 5 %. A tenth is
 /// still several times what a small ball gets by chance.
@@ -61,15 +64,20 @@ impl Law {
         }
     }
 
-    /// Whether some of the light goes from a place to a ball, and not to it in all directions.
-    fn sees(self, from: DVec3, ball: &Sphere) -> bool {
+    /// 1 − cosine of the half angle under which a place sees a ball; `None` if none of the light goes there, or some in every
+    /// direction.
+    fn cone(self, from: DVec3, ball: &Sphere) -> Option<f64> {
         let to_center = ball.center - from;
         let before = match self {
             Self::Isotropic => true,
             Self::Cosine(normal) => to_center.dot(normal) > -ball.radius,
         };
         let least = LEAST_SINE * LEAST_SINE * to_center.length_squared();
-        before && ball.radius * ball.radius >= least && cone_of_sphere(ball, from).is_some()
+        if before && ball.radius * ball.radius >= least {
+            cone_of_sphere(ball, from)
+        } else {
+            None
+        }
     }
 }
 
@@ -99,9 +107,19 @@ impl Aim {
         from: DVec3,
         law: Law,
         u: [f64; 2],
-        stream: &mut Stream,
+        stream: &mut impl Numbers,
     ) -> (DVec3, f64) {
-        let seen = || self.balls.iter().filter(|ball| law.sees(from, ball));
+        // Cones are worked out once, but for those of many balls.
+        let mut kept = [None; KEPT];
+        for (cone, ball) in kept.iter_mut().zip(&self.balls) {
+            *cone = law.cone(from, ball);
+        }
+        let cone = |(number, ball): (usize, &Sphere)| match kept.get(number) {
+            Some(&cone) => cone,
+            None => law.cone(from, ball),
+        };
+        let balls = || self.balls.iter().enumerate();
+        let seen = || balls().filter_map(|ball| Some((ball.0, ball.1, cone(ball)?)));
         let count = seen().count() as f64;
         if count == 0.0 {
             return (law.draw(u), 1.0);
@@ -113,21 +131,20 @@ impl Aim {
         } else {
             None
         };
-        let cone = |ball: &Sphere| cone_of_sphere(ball, from).unwrap_or(f64::INFINITY);
         let direction = match chosen {
-            Some(ball) => uniform_cone((ball.center - from).normalize(), cone(ball), u),
+            Some((_, ball, cone)) => uniform_cone((ball.center - from).normalize(), cone, u),
             None => law.draw(u),
         };
         let own = law.density(direction);
         if own == 0.0 {
             return (direction, 0.0);
         }
-        let met = self.balls.iter().filter(|ball| {
+        let met = seen().filter(|(number, ball, _)| {
             // A direction on the rim may miss the ball that it was drawn for.
-            let meant = chosen.is_some_and(|chosen| std::ptr::eq(chosen, *ball));
-            meant || meets(ball, from, direction) && law.sees(from, ball)
+            let meant = chosen.is_some_and(|(chosen, ..)| chosen == *number);
+            meant || meets(ball, from, direction)
         });
-        let aimed = met.map(|ball| 1.0 / (TAU * cone(ball))).sum::<f64>() / count;
+        let aimed = met.map(|(.., cone)| 1.0 / (TAU * cone)).sum::<f64>() / count;
         (direction, own / ((1.0 - AIMED) * own + AIMED * aimed))
     }
 }

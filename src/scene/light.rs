@@ -12,7 +12,7 @@ use crate::geometry::planar::{Disc, Quad, tangents};
 use crate::geometry::ray::Ray;
 use crate::geometry::shape::Shape;
 use crate::geometry::sphere::Sphere;
-use crate::numeric::rng::Stream;
+use crate::numeric::rng::Numbers;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
@@ -110,6 +110,8 @@ pub struct Lights {
     lights: Vec<Light>,
     /// Running sums of the shares of power; the last is 1 if there is any power.
     cumulative: Vec<f64>,
+    /// Flux of an unaimed photon of each: power over probability.
+    fluxes: Vec<Rgb>,
     aim: Aim,
 }
 
@@ -133,11 +135,15 @@ impl Lights {
         if let Some(last) = powers.iter().rposition(|&power| power > 0.0) {
             cumulative[last..].fill(1.0);
         }
-        Self {
+        let mut all = Self {
             lights,
             cumulative,
+            fluxes: Vec::new(),
             aim: Aim::default(),
-        }
+        };
+        let flux = |(number, light): (usize, &Light)| light.power() / all.probability(number);
+        all.fluxes = all.lights.iter().enumerate().map(flux).collect();
+        all
     }
 
     /// The same light, with some photons aimed. Lights know no aim of themselves.
@@ -191,14 +197,14 @@ impl Lights {
     }
 
     /// Emits one photon: light, place and direction drawn from `stream`. `None` if all is dark.
-    pub fn emit(&self, stream: &mut Stream) -> Option<EmittedPhoton> {
+    pub fn emit(&self, stream: &mut impl Numbers) -> Option<EmittedPhoton> {
         let light = self.choose(stream.uniform())?;
         let place = stream.uniform2();
         let direction = stream.uniform2();
         let (ray, worth) = self.lights[light].emit(place, direction, &self.aim, stream);
         Some(EmittedPhoton {
             ray,
-            flux: worth * (self.lights[light].power() / self.probability(light)),
+            flux: worth * self.fluxes[light],
             worth,
             light,
         })
@@ -292,7 +298,7 @@ impl Light {
         place: [f64; 2],
         direction: [f64; 2],
         aim: &Aim,
-        stream: &mut Stream,
+        stream: &mut impl Numbers,
     ) -> (Ray, f64) {
         let (start, law) = match self {
             Self::Point { position, .. } => (*position, Law::Isotropic),

@@ -6,17 +6,26 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// Uniform by area on the unit disc: the concentric map (Shirley and Chiu 1997). (½, ½) goes to the centre.
 pub fn uniform_disc(u: [f64; 2]) -> DVec2 {
+    let (radius, angle) = concentric(u);
+    on_disc(radius, libm::sincos(angle))
+}
+
+/// Radius, of either sign, and angle of [`uniform_disc`]: without a branch, for vector lanes.
+#[inline(always)]
+pub(crate) fn concentric(u: [f64; 2]) -> (f64, f64) {
     let a = 2.0 * u[0] - 1.0;
     let b = 2.0 * u[1] - 1.0;
-    if a == 0.0 && b == 0.0 {
-        return DVec2::ZERO;
-    }
-    let (radius, angle) = if a.abs() > b.abs() {
-        (a, FRAC_PI_4 * (b / a))
-    } else {
-        (b, 2.0 * FRAC_PI_4 - FRAC_PI_4 * (a / b))
-    };
-    let (sin, cos) = libm::sincos(angle);
+    let flat = a.abs() > b.abs();
+    let (radius, other) = if flat { (a, b) } else { (b, a) };
+    // Of the centre any angle.
+    let turn = FRAC_PI_4 * (other / if radius == 0.0 { 1.0 } else { radius });
+    let angle = if flat { turn } else { 2.0 * FRAC_PI_4 - turn };
+    (radius, angle)
+}
+
+/// The point of a disc at a radius, and at an angle whose sine and cosine these are.
+#[inline(always)]
+pub(crate) fn on_disc(radius: f64, (sin, cos): (f64, f64)) -> DVec2 {
     radius * DVec2::new(cos, sin)
 }
 
@@ -30,8 +39,12 @@ pub fn uniform_sphere(u: [f64; 2]) -> DVec3 {
 
 /// Cosine-weighted about the unit `normal` (Malley's method); density cosθ/π. Never exactly in the tangent plane.
 pub fn cosine_hemisphere(normal: DVec3, u: [f64; 2]) -> DVec3 {
-    let disc = uniform_disc(u);
-    let (s, t) = tangents(normal);
+    above_disc(uniform_disc(u), tangents(normal), normal)
+}
+
+/// The direction of [`cosine_hemisphere`] whose foot is a point of the unit disc between these tangents.
+#[inline(always)]
+pub(crate) fn above_disc(disc: DVec2, (s, t): (DVec3, DVec3), normal: DVec3) -> DVec3 {
     let z = (1.0 - disc.length_squared()).max(f64::MIN_POSITIVE).sqrt();
     (disc.x * s + disc.y * t + z * normal).normalize()
 }

@@ -77,14 +77,23 @@ impl BallIndex for Swapped {
         scan(&self.balls, query, work, found);
     }
 
-    /// As [`super::WideTree::join`] in cost, without a build, if balls come in an order in which neighbours are near each other.
-    fn join<T, G>(&self, queries: &[DVec3], gather: &G, work: &mut Work) -> Answers<'_, T>
-    where
+    fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
+        Answers::blank(self.balls.len())
+    }
+
+    /// As [`super::WideTree`] in cost, without a build, if balls come in an order in which neighbours are near each other.
+    fn join_onto<T, G>(
+        &self,
+        answers: &mut Answers<'_, T>,
+        queries: &[DVec3],
+        gather: &G,
+        work: &mut Work,
+    ) where
         T: Copy + Default + Send + Sync,
-        G: Fn(usize, &[u32]) -> T + Sync,
+        G: Fn(usize, &[u32], &mut T) + Sync,
     {
         let tree = QueryTree::new(queries);
-        let mut answers = vec![T::default(); self.balls.len()];
+        let answers = &mut answers.values[..self.balls.len()];
         let chunks = answers.par_chunks_mut(CHUNK).enumerate();
         let works = chunks.map_init(Vec::new, |hits, (chunk, out)| {
             self.vectors.run(Ask {
@@ -97,7 +106,6 @@ impl BallIndex for Swapped {
             })
         });
         *work += works.reduce(Work::default, sum);
-        answers.into()
     }
 }
 
@@ -113,7 +121,7 @@ struct Ask<'a, T, G> {
 
 impl<T, G> Kernel for Ask<'_, T, G>
 where
-    G: Fn(usize, &[u32]) -> T,
+    G: Fn(usize, &[u32], &mut T),
 {
     type Output = Work;
 
@@ -160,7 +168,7 @@ where
             if count > 0 {
                 let hits = &mut self.hits[..count];
                 restore(self.tree.order.as_deref(), hits);
-                *answer = (self.gather)(item, hits);
+                (self.gather)(item, hits, answer);
             }
         }
         work

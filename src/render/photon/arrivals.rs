@@ -4,6 +4,7 @@
 //! power: a photon's share of it is near 1, and a rounding of 6·10⁻⁸ of a photon, without sign, is far below the noise of any sum of
 //! them; sums are made in f64. The normal of a flat object is looked up by object and side. Other normals are kept in full, beside.
 
+use super::bounce::Face;
 use super::parts::joined;
 use crate::geometry::shape::Shape;
 use crate::scene::{Rgb, Scene};
@@ -75,12 +76,7 @@ impl Default for Arrivals {
 impl Arrivals {
     /// None yet, of the lights and objects of a scene.
     pub fn of(scene: &Scene) -> Self {
-        let flat = |shape: &Shape| match shape {
-            Shape::Quad(quad) => Some(quad.normal()),
-            Shape::Plane(plane) => Some(plane.normal),
-            Shape::Disc(disc) => Some(disc.normal),
-            Shape::Sphere(_) | Shape::Revolution(_) => None,
-        };
+        let flat = |shape: &Shape| shape.flat().map(|(_, normal)| normal);
         let power = scene.lights.power();
         let used = |power: f64| if power > 0.0 { power } else { 1.0 };
         Self {
@@ -124,6 +120,24 @@ impl Arrivals {
         self.packed.push(Packed {
             flux: flux.to_array().map(|share| share as f32),
             mark,
+        });
+    }
+
+    /// Adds a photon on a face of an object.
+    #[inline]
+    pub(super) fn push_flat(&mut self, flux: Rgb, object: u32, face: &Face, events: u32) {
+        if object >= FULL >> (EVENT_BITS + 1) || events >= 1 << EVENT_BITS {
+            return self.push(&Arrival {
+                flux,
+                normal: face.facing(),
+                object,
+                events,
+            });
+        }
+        let side = (object << 1 | u32::from(face.is_back())) << EVENT_BITS;
+        self.packed.push(Packed {
+            flux: (flux / self.unit).to_array().map(|share| share as f32),
+            mark: side | events,
         });
     }
 

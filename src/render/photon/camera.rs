@@ -4,6 +4,7 @@ use super::evenly::{self, Choice};
 use super::parts::joined;
 use crate::geometry::hit::{Hit, Side};
 use crate::geometry::ray::Ray;
+use crate::numeric::clock::ThreadClock;
 use crate::numeric::rng::{Purpose, Stream};
 use crate::numeric::work::Work;
 use crate::render::scatter::{Interface, Lobes, reflect};
@@ -63,6 +64,8 @@ pub struct View {
     pub emission: Vec<Rgb>,
     /// Work done.
     pub work: Work,
+    /// CPU seconds that they took; on several threads a little else may be among them.
+    pub seconds: f64,
 }
 
 /// What decides the camera samples.
@@ -91,6 +94,7 @@ pub fn view(scene: &Scene, sampling: &Sampling) -> View {
     let chunks: Vec<View> = (0..pixels.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
+            let clock = ThreadClock::start();
             let viewer = Viewer {
                 scene,
                 sampling,
@@ -98,18 +102,30 @@ pub fn view(scene: &Scene, sampling: &Sampling) -> View {
                 first: chunk * CHUNK,
                 log: Log::default(),
             };
-            viewer.view(CHUNK.min(pixels - chunk * CHUNK))
+            let view = viewer.view(CHUNK.min(pixels - chunk * CHUNK));
+            View {
+                seconds: clock.seconds(),
+                ..view
+            }
         })
         .collect();
+    let clock = ThreadClock::start();
+    let mut seconds = 0.0;
     for chunk in &chunks {
         work += chunk.work;
+        seconds += chunk.seconds;
     }
     let hit_points: Vec<&[HitPoint]> = chunks.iter().map(|chunk| &*chunk.hit_points).collect();
     let emission: Vec<&[Rgb]> = chunks.iter().map(|chunk| &*chunk.emission).collect();
+    let (hit_points, emission) = (
+        joined(&hit_points, |_, hit_point| hit_point),
+        joined(&emission, |_, radiance| radiance),
+    );
     View {
-        hit_points: joined(&hit_points, |_, hit_point| hit_point),
-        emission: joined(&emission, |_, radiance| radiance),
+        hit_points,
+        emission,
         work,
+        seconds: seconds + clock.seconds(),
     }
 }
 
@@ -155,14 +171,21 @@ pub(crate) fn first_ray(
         pass.wrapping_mul(samples).wrapping_add(number),
     );
     let cell = DVec2::new(f64::from(within % columns), f64::from(within / columns));
-    // The stream's own place is not used but in the first pass: that moves on.
-    let own = stream.uniform2();
-    let place = match pass {
-        0 => own,
-        _ => evenly::place(Stream::new(seed, Purpose::Camera, number).uniform2(), pass),
+    // The stream's own place is not used but in the first pass, nor a place on the lens of a pinhole: but they move on.
+    let place = if pass == 0 {
+        stream.uniform2()
+    } else {
+        stream.skip2();
+        evenly::place(Stream::new(seed, Purpose::Camera, number).uniform2(), pass)
+    };
+    let lens = if scene.camera.lens_radius() == 0.0 {
+        stream.skip2();
+        [0.5; 2]
+    } else {
+        stream.uniform2()
     };
     let jitter = (cell + DVec2::from_array(place)) / cells;
-    let ray = scene.camera.ray(corner + jitter, size, stream.uniform2());
+    let ray = scene.camera.ray(corner + jitter, size, lens);
     (ray, stream)
 }
 
@@ -217,7 +240,8 @@ impl Viewer<'_> {
     fn view(mut self, pixels: usize) -> View {
         let mut samples = 0..pixels as u32 * self.sampling.spp;
         let first = samples.by_ref().take(WAVE);
-        let mut wave: Vec<Walk> = first.map(|sample| self.start(sample)).collect();
+        let first = first.map(|sample| self.start(sample, Vec::new()));
+        let mut wave: Vec<Walk> = first.collect();
         let mut rays = Vec::with_capacity(WAVE);
         while !wave.is_empty() {
             rays.clear();
@@ -233,7 +257,7 @@ impl Viewer<'_> {
                     walk.branch = branch;
                     place += 1;
                 } else if let Some(sample) = samples.next() {
-                    *walk = self.start(sample);
+                    *walk = self.start(sample, std::mem::take(&mut walk.open));
                     place += 1;
                 } else {
                     wave.swap_remove(place);
@@ -244,7 +268,8 @@ impl Viewer<'_> {
         self.in_order(pixels)
     }
 
-    fn start(&mut self, sample: u32) -> Walk {
+    /// The walk of a sample; `open` is empty memory.
+    fn start(&mut self, sample: u32, open: Vec<Branch>) -> Walk {
         let spp = self.sampling.spp;
         let pixel = self.first + (sample / spp) as usize;
         let within = sample % spp;
@@ -264,7 +289,7 @@ impl Viewer<'_> {
                 length: 0.0,
                 events: 0,
             },
-            open: Vec::new(),
+            open,
         }
     }
 
@@ -291,6 +316,7 @@ impl Viewer<'_> {
                 .collect(),
             emission,
             work,
+            seconds: 0.0,
         }
     }
 

@@ -1,9 +1,10 @@
 //! Gathering: which photons count at a hit point, and what they are worth there.
 
-use super::arrivals::{Arrival, Arrivals};
+use super::arrivals::{Arrival, Arrivals, Surface};
 use super::camera::HitPoint;
 use super::error::bias_weight;
 use crate::scene::Rgb;
+use glam::DVec3;
 use std::f64::consts::PI;
 
 /// What a hit point gathered.
@@ -29,6 +30,76 @@ pub fn accepts(hit_point: &HitPoint, photon: &Arrival, max_depth: Option<u32>) -
         })
 }
 
+/// What gathering asks of a hit point again and again.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Site {
+    /// Where.
+    pub(super) point: DVec3,
+    /// Square of the radius.
+    pub(super) radius_squared: f64,
+    /// The flat surface it lies on, if it does.
+    surface: Surface,
+    /// Photons with fewer events count.
+    most_events: u32,
+}
+
+impl Site {
+    /// The site of a hit point.
+    pub(super) fn of(
+        hit_point: &HitPoint,
+        radius_squared: f64,
+        arrivals: &Arrivals,
+        max_depth: Option<u32>,
+    ) -> Self {
+        Self {
+            point: hit_point.point,
+            radius_squared,
+            surface: arrivals.surface(hit_point.object, hit_point.normal),
+            most_events: max_depth.map_or(u32::MAX, |most| most.saturating_sub(hit_point.events)),
+        }
+    }
+
+    /// See [`gather`]. `accepts` says whether a photon counts that does not lie on a flat surface.
+    #[inline]
+    pub(super) fn gather(
+        &self,
+        within: &[u32],
+        arrivals: &Arrivals,
+        gathered: &mut Gathered,
+        accepts: impl Fn(&Arrival) -> bool,
+        look: impl Fn(u32) -> (f64, Option<f64>),
+    ) {
+        let mut sum = *gathered;
+        for &photon in within {
+            let flux = match arrivals.lies_on(photon, self.surface) {
+                Some(false) => continue,
+                // On flat surfaces, the most common, one comparison stands for those of objects and normals.
+                Some(true) => {
+                    let (flux, events) = arrivals.on_flat(photon);
+                    if events >= self.most_events {
+                        continue;
+                    }
+                    flux
+                }
+                None => {
+                    let arrival = arrivals.get(photon as usize);
+                    if !accepts(&arrival) {
+                        continue;
+                    }
+                    arrival.flux
+                }
+            };
+            let (weight, share) = look(photon);
+            sum.flux += flux * weight;
+            if let Some(share) = share {
+                sum.bias_flux += flux * bias_weight(share);
+            }
+            sum.photons += 1;
+        }
+        *gathered = sum;
+    }
+}
+
 /// Adds to what a hit point has gathered, in their order, the photons that it accepts of those within its radius: the flux of each
 /// times its weight. `look` gives a photon's weight and, where the bias is to be estimated, its d²/r².
 pub fn gather(
@@ -39,34 +110,9 @@ pub fn gather(
     mut gathered: Gathered,
     look: impl Fn(u32) -> (f64, Option<f64>),
 ) -> Gathered {
-    // On flat surfaces, the most common, one comparison stands for those of objects and normals.
-    let surface = arrivals.surface(hit_point.object, hit_point.normal);
-    let most = max_depth.map_or(u32::MAX, |most| most.saturating_sub(hit_point.events));
-    for &photon in within {
-        let flux = match arrivals.lies_on(photon, surface) {
-            Some(false) => continue,
-            Some(true) => {
-                let (flux, events) = arrivals.on_flat(photon);
-                if events >= most {
-                    continue;
-                }
-                flux
-            }
-            None => {
-                let arrival = arrivals.get(photon as usize);
-                if !accepts(hit_point, &arrival, max_depth) {
-                    continue;
-                }
-                arrival.flux
-            }
-        };
-        let (weight, share) = look(photon);
-        gathered.flux += flux * weight;
-        if let Some(share) = share {
-            gathered.bias_flux += flux * bias_weight(share);
-        }
-        gathered.photons += 1;
-    }
+    let site = Site::of(hit_point, 0.0, arrivals, max_depth);
+    let accepts = |photon: &Arrival| accepts(hit_point, photon, max_depth);
+    site.gather(within, arrivals, &mut gathered, accepts, look);
     gathered
 }
 

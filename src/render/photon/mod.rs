@@ -9,6 +9,7 @@
 //! A radius depends on earlier passes only, so a pass has exactly the bias of the kernel at that radius.
 
 pub mod arrivals;
+mod bounce;
 pub mod camera;
 pub mod error;
 mod evenly;
@@ -28,9 +29,10 @@ use crate::numeric::clock::ProcessClock;
 use crate::numeric::work::Work;
 use crate::scene::options::{Integrator, Kernel, Rule};
 use crate::scene::{Rgb, Scene};
+use arrivals::{Arrival, Arrivals};
 use camera::{HitPoint, Sampling, View};
 use error::Errors;
-use gather::Gathered;
+use gather::{Gathered, Site};
 use glam::DVec3;
 use radius::{Schedule, Statistics};
 use rayon::prelude::*;
@@ -73,6 +75,40 @@ pub struct PhotonMapper<'a> {
     errors: Option<Errors>,
 }
 
+/// The photons of a pass, batch by batch.
+#[derive(Clone, Copy)]
+struct Batches<'a> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    /// Index of the first photon.
+    first: u64,
+}
+
+impl<'a> Batches<'a> {
+    fn new(scene: &'a Scene, settings: &'a Settings, pass: u64) -> Self {
+        Self {
+            scene,
+            settings,
+            first: pass.wrapping_mul(settings.photons),
+        }
+    }
+
+    /// Traces a batch; `None` after the last.
+    fn trace(&self, batch: u64) -> Option<Photons> {
+        let Settings {
+            photons,
+            seed,
+            max_depth,
+            ..
+        } = *self.settings;
+        let before = batch
+            .checked_mul(BATCH)
+            .filter(|&before| before < photons)?;
+        let (start, count) = (self.first.wrapping_add(before), BATCH.min(photons - before));
+        Some(trace::trace(self.scene, seed, start, count, max_depth))
+    }
+}
+
 /// CPU seconds of the process, all threads, in each phase of the passes so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Phases {
@@ -80,7 +116,7 @@ pub struct Phases {
     pub camera: f64,
     /// Photon tracing.
     pub trace: f64,
-    /// Building the index.
+    /// Building the index, and what else the threads do beside the camera paths and the first photons.
     pub build: f64,
     /// Gathering.
     pub gather: f64,
@@ -152,19 +188,25 @@ impl<'a> PhotonMapper<'a> {
         assert_eq!(film.size(), self.scene.film, "the film is the scene's");
         let mut work = Work::default();
         let clock = ProcessClock::start();
-        let renewed = self.place_hit_points(pass, &mut work);
-        self.radii_squared = self.squares_of(pass);
-        phases.camera += clock.seconds();
+        let lit = !self.scene.lights.dark();
+        let batches = Batches::new(self.scene, self.settings, pass);
+        // Neither needs the other, so no thread waits for the last camera path, or for the steps of a build that one alone must do.
+        let (camera, first) = rayon::join(
+            || self.prepare(pass, lit, &mut work),
+            || lit.then(|| batches.trace(0)).flatten(),
+        );
+        let trace = first.as_ref().map_or(0.0, |photons| photons.seconds);
+        phases.camera += camera;
+        phases.trace += trace;
+        phases.build += (clock.seconds() - camera - trace).max(0.0);
 
-        let gathered = if self.scene.lights.dark() {
-            vec![Gathered::default(); self.radii_squared.len()]
-        } else {
-            let clock = ProcessClock::start();
-            let index = self.index(renewed);
-            phases.build += clock.seconds();
-            let gathered = self.gather(&index, pass, phases, &mut work);
-            self.index = Some(index);
-            gathered
+        let gathered = match self.index.take() {
+            Some(index) if lit => {
+                let gathered = self.gather(&index, batches, first, phases, &mut work);
+                self.index = Some(index);
+                gathered
+            }
+            _ => vec![Gathered::default(); self.radii_squared.len()],
         };
 
         let clock = ProcessClock::start();
@@ -205,14 +247,17 @@ impl<'a> PhotonMapper<'a> {
     /// Bytes held at the fullest moment so far, while a batch of photons is gathered: hit points with their radii, sums and tree (the
     /// default one), emission and statistics of pixels, and the photons with what gathering them needs. Not counted: the film.
     pub fn peak_bytes(&self) -> usize {
-        // Sums so far, and the answers of a batch.
-        let gathered = 2 * size_of::<Gathered>();
-        let hit_point = size_of::<HitPoint>() + size_of::<f64>() + TREE_BYTES + gathered;
+        let hit_point = size_of::<HitPoint>() + size_of::<f64>() + TREE_BYTES;
         let photon = size_of::<DVec3>() + arrivals::BYTES + JOIN_BYTES;
-        self.view.hit_points.len() * hit_point
+        // Sums in the tree's order beside what is asked again and again, or beside the sums in the order of the hit points.
+        let joining = size_of::<Gathered>() + size_of::<Site>();
+        let joined = 2 * size_of::<Gathered>();
+        let hit_points = self.view.hit_points.len();
+        let gathering = hit_points * joining + self.most_photons * photon;
+        hit_points * hit_point
             + self.view.emission.len() * size_of::<Rgb>()
             + self.statistics.len() * size_of::<Statistics>()
-            + self.most_photons * photon
+            + gathering.max(hit_points * joined)
     }
 
     fn fixed(&self) -> bool {
@@ -254,13 +299,14 @@ impl<'a> PhotonMapper<'a> {
         })
     }
 
-    /// Makes the hit points of the pass; `false` if the old ones stay.
-    fn place_hit_points(&mut self, pass: u64, work: &mut Work) -> bool {
-        if self.fixed() && !self.view.emission.is_empty() {
-            return false;
+    /// Makes hit points, radii and, where it is `lit`, the index of the pass. CPU seconds of the camera paths.
+    fn prepare(&mut self, pass: u64, lit: bool, work: &mut Work) -> f64 {
+        // Those of the first pass may stay.
+        let renewed = !self.fixed() || self.view.emission.is_empty();
+        if renewed {
+            self.view = camera::view(self.scene, &self.sampling(pass));
+            *work += self.view.work;
         }
-        self.view = camera::view(self.scene, &self.sampling(pass));
-        *work += self.view.work;
         if self.statistics.is_empty() && self.settings.rule == Rule::Local {
             let regions = if self.fixed() {
                 self.view.hit_points.len()
@@ -269,7 +315,11 @@ impl<'a> PhotonMapper<'a> {
             };
             self.statistics = vec![Statistics::default(); regions];
         }
-        true
+        self.radii_squared = self.squares_of(pass);
+        if lit {
+            self.index = Some(self.index(renewed));
+        }
+        if renewed { self.view.seconds } else { 0.0 }
     }
 
     /// Index of the statistics that a hit point belongs to.
@@ -316,28 +366,31 @@ impl<'a> PhotonMapper<'a> {
     fn gather(
         &mut self,
         index: &Index,
-        pass: u64,
+        batches: Batches,
+        first: Option<Photons>,
         phases: &mut Phases,
         work: &mut Work,
     ) -> Vec<Gathered> {
         let Settings {
-            photons,
-            seed,
             max_depth,
             kernel,
             estimate_errors,
             ..
         } = *self.settings;
+        let clock = ProcessClock::start();
         let hit_points = &self.view.hit_points;
-        let radii_squared = &self.radii_squared;
-        let mut sums = vec![Gathered::default(); hit_points.len()];
-        let first = pass.wrapping_mul(photons);
-        let mut done = 0;
-        while done < photons {
-            let count = BATCH.min(photons - done);
+        let none = Arrivals::of(self.scene);
+        let sites: Vec<Site> = (hit_points.par_iter().zip(&self.radii_squared))
+            .map(|(hit_point, &square)| Site::of(hit_point, square, &none, max_depth))
+            .collect();
+        let mut sums = index.answers();
+        phases.gather += clock.seconds();
+        let mut next = first;
+        for batch in 0.. {
             let clock = ProcessClock::start();
-            let start = first.wrapping_add(done);
-            let mut photons = trace::trace(self.scene, seed, start, count, max_depth);
+            let Some(mut photons) = next.take().or_else(|| batches.trace(batch)) else {
+                break;
+            };
             phases.trace += clock.seconds();
             self.energy += photons.energy;
             *work += photons.work;
@@ -349,44 +402,43 @@ impl<'a> PhotonMapper<'a> {
             let Photons {
                 points, arrivals, ..
             } = photons;
-            let gather = |item: usize, within: &[u32]| {
-                let (hit_point, so_far) = (&hit_points[item], sums[item]);
+            let gather = |item: usize, within: &[u32], sum: &mut Gathered| {
+                let site = &sites[item];
                 let share = |photon: u32| {
-                    points[photon as usize].distance_squared(hit_point.point) / radii_squared[item]
+                    points[photon as usize].distance_squared(site.point) / site.radius_squared
                 };
+                let accepts =
+                    |photon: &Arrival| gather::accepts(&hit_points[item], photon, max_depth);
                 // The places of photons are read only where something depends on them.
                 match (kernel, estimate_errors) {
                     (Kernel::Disc, false) => {
                         let look = |_| (1.0, None);
-                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
+                        site.gather(within, &arrivals, sum, accepts, look);
                     }
                     (_, false) => {
                         let look = |photon| (kernel.weight(share(photon)), None);
-                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
+                        site.gather(within, &arrivals, sum, accepts, look);
                     }
                     (_, true) => {
                         let look = |photon| {
                             let share = share(photon);
                             (kernel.weight(share), Some(share))
                         };
-                        gather::gather(hit_point, within, &arrivals, max_depth, so_far, look)
+                        site.gather(within, &arrivals, sum, accepts, look);
                     }
                 }
             };
-            let reached = index.join(&points, &gather, work);
-            let more = sums.par_iter_mut().enumerate().map(|(item, sum)| {
-                let now = reached.of(item);
-                // A hit point without photons in the batch keeps what it had.
-                let more = now.photons.saturating_sub(sum.photons);
-                if more > 0 {
-                    *sum = now;
-                }
-                more
-            });
-            work.photons_gathered += more.sum::<u64>();
+            index.join_onto(&mut sums, &points, &gather, work);
             phases.gather += clock.seconds();
-            done += count;
         }
+        let clock = ProcessClock::start();
+        drop(sites);
+        let sums = sums.in_order();
+        work.photons_gathered += sums
+            .par_iter()
+            .map(|sum: &Gathered| sum.photons)
+            .sum::<u64>();
+        phases.gather += clock.seconds();
         sums
     }
 

@@ -9,6 +9,7 @@
 //! A radius depends on earlier passes only, so a pass has exactly the bias of the kernel at that radius.
 
 pub mod arrivals;
+mod batches;
 mod bounce;
 pub mod camera;
 pub mod error;
@@ -30,6 +31,7 @@ use crate::numeric::work::Work;
 use crate::scene::options::{Integrator, Kernel, Rule};
 use crate::scene::{Rgb, Scene};
 use arrivals::{Arrival, Arrivals};
+use batches::Batches;
 use camera::{HitPoint, Sampling, View};
 use error::Errors;
 use gather::{Gathered, Site};
@@ -38,8 +40,6 @@ use radius::{Schedule, Statistics};
 use rayon::prelude::*;
 use trace::{Energy, Photons};
 
-/// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons.
-const BATCH: u64 = 50_000;
 /// Pixels of one task that adds them up.
 const PIXEL_RUN: usize = 1 << 11;
 /// Most camera samples of a pass; their hit points take about 200 bytes each.
@@ -73,40 +73,6 @@ pub struct PhotonMapper<'a> {
     photons_found: Vec<u64>,
     /// Where the settings ask for them.
     errors: Option<Errors>,
-}
-
-/// The photons of a pass, batch by batch.
-#[derive(Clone, Copy)]
-struct Batches<'a> {
-    scene: &'a Scene,
-    settings: &'a Settings,
-    /// Index of the first photon.
-    first: u64,
-}
-
-impl<'a> Batches<'a> {
-    fn new(scene: &'a Scene, settings: &'a Settings, pass: u64) -> Self {
-        Self {
-            scene,
-            settings,
-            first: pass.wrapping_mul(settings.photons),
-        }
-    }
-
-    /// Traces a batch; `None` after the last.
-    fn trace(&self, batch: u64) -> Option<Photons> {
-        let Settings {
-            photons,
-            seed,
-            max_depth,
-            ..
-        } = *self.settings;
-        let before = batch
-            .checked_mul(BATCH)
-            .filter(|&before| before < photons)?;
-        let (start, count) = (self.first.wrapping_add(before), BATCH.min(photons - before));
-        Some(trace::trace(self.scene, seed, start, count, max_depth))
-    }
 }
 
 /// CPU seconds of the process, all threads, in each phase of the passes so far.

@@ -1,7 +1,7 @@
 //! The laboratory: nothing but the plan and the seed decides a table, and verdicts are what their rules say.
 
 use photolathe::lab::claim::{Claim, Comparison, Doubt, Estimate, Subject, Verdict};
-use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Table, Timing};
+use photolathe::lab::experiment::{Conclusion, Effort, Experiment, Outcome, Run, Timing};
 use photolathe::lab::runner::{Finished, RunOptions, Shard, run_experiment};
 use photolathe::lab::table::is_time_column;
 use photolathe::numeric::rng::{Purpose, Stream};
@@ -211,8 +211,8 @@ fn most_at_once(timing: Timing, threads: usize) -> usize {
     };
     MOST.store(0, SeqCst);
     let directory = tempfile::tempdir().unwrap();
-    let options = options(directory.path());
     let threads = Some(threads);
+    let options = options(directory.path());
     run(&sleeping, &RunOptions { threads, ..options });
     MOST.load(SeqCst)
 }
@@ -460,14 +460,8 @@ fn below_its_effort_a_claim_is_not_run_and_fails_nothing() {
     let claim = Claim::exact(late, 3, 10);
     assert_eq!(claim.verdict, Verdict::NotRun);
     assert!(!claim.fails_the_run());
-    let decided = Claim::exact(
-        Subject {
-            effort: Effort::Full,
-            ..late
-        },
-        3,
-        10,
-    );
+    let effort = Effort::Full;
+    let decided = Claim::exact(Subject { effort, ..late }, 3, 10);
     assert!(decided.fails_the_run());
     let json = serde_json::to_string(&claim).unwrap();
     assert!(json.contains("\"verdict\":\"not run\"") && json.contains("\"effort\":\"standard\""));
@@ -498,13 +492,4 @@ fn claims_keep_their_false_alarm_rates() {
     }
     assert_eq!((alarms, missed), (0, 0));
     assert!((110..=290).contains(&false_proofs), "{false_proofs}");
-}
-
-#[test]
-fn a_table_without_rows_has_a_header() {
-    let table = Table {
-        columns: vec!["a".to_owned()],
-        rows: Vec::new(),
-    };
-    assert_eq!(table.to_csv(), b"a\n");
 }

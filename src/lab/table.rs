@@ -348,4 +348,13 @@ mod tests {
             assert!(!is_time_column(name));
         }
     }
+
+    #[test]
+    fn a_table_without_rows_has_a_header() {
+        let table = Table {
+            columns: vec!["a".to_owned()],
+            rows: Vec::new(),
+        };
+        assert_eq!(table.to_csv(), b"a\n");
+    }
 }

@@ -57,7 +57,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "drift",
     ],
     timing: Timing::Untimed,
-    cpu_seconds: [4.5, 135.0, 3500.0],
+    cpu_seconds: [4.5, 180.0, 3500.0],
     plan,
     execute,
     conclude: conclusion::conclude,
@@ -82,7 +82,7 @@ fn plan(_: Effort) -> Vec<Run> {
 fn passes(family: Family, parameter: f64, effort: Effort) -> u64 {
     let (cost, seconds) = match family {
         Family::Bernstein => (600.0, [0.2, 12.0, 240.0]),
-        Family::Starts => (10.0 + 5.3 * parameter, [0.15, 6.0, 240.0]),
+        Family::Starts => (10.0 + 5.3 * parameter, [0.15, 12.0, 240.0]),
         Family::Tolerance => (170.0, [0.1, 4.0, 80.0]),
         // Starts on the surface are what f64 cannot decide: exact arithmetic answers.
         Family::Offset if parameter < 1e-13 => (600.0, [0.15, 3.0, 60.0]),

@@ -392,12 +392,12 @@ fn conclude(table: &Table, effort: Effort) -> Conclusion {
         Claim::in_range(
             standard(
                 "two threads",
-                "Two threads make a pass at least 1.7 times as fast as one that another works beside (wall time, in turns on the same passes).",
+                "Two threads make a pass at least 1.8 times as fast as one that another works beside (wall time, in turns on the same passes).",
             ),
             gain,
             (lower, upper),
             gains.len() as u64,
-            (1.7, 2.3),
+            (1.8, 2.2),
         ),
         Claim::in_range(
             standard(

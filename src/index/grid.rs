@@ -151,12 +151,12 @@ impl BallIndex for Grid {
         scan(&self.balls, query, work, found);
     }
 
-    /// Cells are as wide as twice the median radius, or wider if that would make more than four for each query: a grid is at
-    /// its best where radii and densities are even.
     fn answers<T: Copy + Default + Send>(&self) -> Answers<'_, T> {
         Answers::blank(self.balls.len())
     }
 
+    /// Cells are as wide as twice the median radius, or wider if that would make more than four for each query: a grid is at
+    /// its best where radii and densities are even.
     fn join_onto<T, G>(
         &self,
         answers: &mut Answers<'_, T>,

@@ -59,6 +59,7 @@ impl Face {
             side,
             tangents: tangents(side.sign() * normal),
             reflectance,
+            // As `trace` rounds it where nothing is mirrored.
             survival: most.min(SUREST) * most / most,
         }))
     }

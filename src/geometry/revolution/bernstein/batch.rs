@@ -242,10 +242,10 @@ impl Lines {
                 waiting[lane] |= if idle { 0 } else { bit };
             }
             // What has a lower rank than this piece is left out here; the rest later, as far as it comes to that.
-            let [climbing, descending] = &piece.later;
             if !piece.looks_back {
                 continue;
             }
+            let [climbing, descending] = &piece.later;
             for lane in 0..LANES {
                 let once = changes_once(positive[lane], negative[lane]);
                 let falls = positive[lane] & 1 != 0;

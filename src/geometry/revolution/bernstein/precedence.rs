@@ -9,7 +9,8 @@
 //!    Z, where the ray *enters* X: f(X) rises along it. Before the crossing the ray is outside of X, so outside of Z, too.
 //! 3. likewise if X lies nearer to the axis than Z, and the ray *leaves* X: before, it is inside of X, so inside of Z, too.
 //!
-//! So such pieces need not be solved: [`Later`] names them.
+//! The first holds after any crossing with X, where the sign of f at its ends is certain; the others take the only one. Such pieces need
+//! not be solved: [`Later`] names them.
 
 use super::{PreparedPiece, Slope};
 use crate::numeric::polynomial::cubic;
@@ -251,7 +252,7 @@ mod tests {
         assert!(compared[0] > 300 && compared[1] > 1000, "{compared:?}");
     }
 
-    /// Ranks of the pieces that come later than piece `place` for rays that climb (`direction` 0) or descend.
+    /// Places of the pieces that come later than piece `place` for rays that climb (`direction` 0) or descend.
     fn later_than(prepared: &Prepared, place: usize, direction: usize, falls: bool) -> Vec<usize> {
         let later = prepared.pieces[place].later[direction].than(falls);
         (0..prepared.pieces.len())

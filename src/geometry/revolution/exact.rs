@@ -49,7 +49,7 @@ pub fn crossings(profile: &Profile, ray: &Ray) -> Vec<Crossing> {
 }
 
 /// As [`crossings`], for a ray that is known to meet only the pieces (by number) that are `suspect`: faster, with the same answer.
-pub(super) fn crossings_among(
+pub fn crossings_among(
     profile: &Profile,
     ray: &Ray,
     suspect: impl Fn(u32) -> bool,

@@ -6,10 +6,10 @@
 
 use super::isolate::{halves, leading_zeros, variations};
 use super::polynomial::Polynomial;
-use super::root::{Equation, Root};
+use super::root::{Equation, Root, value};
 use super::sign;
 use num_bigint::BigInt;
-use num_traits::{One, Signed, Zero};
+use num_traits::{One, Signed, ToPrimitive, Zero};
 use std::rc::Rc;
 
 /// Bisection gives up at this depth: only roots within 2⁻⁹⁶ of a root of s, or of w′, are not parted by then.
@@ -33,6 +33,21 @@ struct Part {
     square: Vec<BigInt>,
     numerator: BigInt,
     bits: u64,
+}
+
+/// w and s in f64, and the factor of s, all on common scale.
+pub(super) struct Floats {
+    middle: Vec<f64>,
+    square: Vec<f64>,
+    scale: f64,
+}
+
+impl Floats {
+    /// w − σ √(a s), up to scale.
+    pub(super) fn value(&self, branch: i32, at: f64) -> f64 {
+        let square = (value(&self.square, at) * self.scale).max(0.0);
+        value(&self.middle, at) - f64::from(branch) * square.sqrt()
+    }
 }
 
 impl Branches {
@@ -60,6 +75,22 @@ impl Branches {
         &self.difference
     }
 
+    /// w and a s in f64.
+    pub(super) fn to_floats(&self) -> Floats {
+        let (middle, middle_exponent) = self.middle.to_floats();
+        let (square, square_exponent) = self.square.to_floats();
+        let shift = self.factor.bits().saturating_sub(64);
+        let factor = (&self.factor >> shift).to_f64().unwrap_or(0.0);
+        let exponent = square_exponent + shift as i64 - 2 * middle_exponent;
+        // Beyond these ends the one or the other is nothing.
+        let scale = libm::ldexp(factor, exponent.clamp(-1000, 800) as i32);
+        Floats {
+            middle,
+            square,
+            scale,
+        }
+    }
+
     /// The sign of w − σ √(a s) where s ≥ 0.
     pub(super) fn sign_at(&self, branch: i32, numerator: &BigInt, bits: u64) -> i32 {
         let middle = sign(&self.middle.scaled_value(numerator, bits));
@@ -76,10 +107,15 @@ impl Branches {
             bits: 0,
         };
         let mut roots = Vec::new();
-        let ends = self.difference_of(&whole);
-        let zeros = [leading_zeros(ends.iter()), leading_zeros(ends.iter().rev())];
-        for (end, zeros) in (0_u32..).zip(zeros) {
-            self.add_exact(&mut roots, BigInt::from(end), 0, zeros);
+        if self.is_clear(&whole) {
+            return Some(roots);
+        }
+        if [0, 1].iter().any(|&end| self.sign_at_end(&whole, end) == 0) {
+            let ends = self.difference_of(&whole);
+            let zeros = [leading_zeros(ends.iter()), leading_zeros(ends.iter().rev())];
+            for (end, zeros) in (0_u32..).zip(zeros) {
+                self.add_exact(&mut roots, BigInt::from(end), 0, zeros);
+            }
         }
         let mut stack = vec![whole];
         while let Some(part) = stack.pop() {
@@ -198,7 +234,7 @@ impl Branches {
                     exact: false,
                     left,
                     multiplicity: 1,
-                    stride: 1,
+                    stride: 0,
                 });
             }
         }
@@ -213,7 +249,7 @@ impl Branches {
                 exact: true,
                 left: 0,
                 multiplicity: zeros,
-                stride: 1,
+                stride: 0,
             });
         }
     }

@@ -76,7 +76,7 @@ fn isolate(factor: &Rc<Polynomial>, multiplicity: Option<u32>) -> Option<Vec<Roo
             exact,
             left,
             multiplicity: multiplicity.unwrap_or(zeros),
-            stride: 1,
+            stride: 0,
         });
     };
     for (numerator, zeros) in [

@@ -6,13 +6,18 @@ use super::modular::certainly_coprime;
 use super::polynomial::Polynomial;
 use super::sign;
 use num_bigint::BigInt;
-use num_traits::{One, Signed, Zero};
+use num_traits::{One, Signed, ToPrimitive, Zero};
 use std::rc::Rc;
 
 /// Values taken at a root carry this many correct leading bits: eleven more than an f64 holds.
 const VALUE_BITS: u64 = 64;
 /// A value still undecided on an interval this narrow (2⁻ⁿ) is tested for being exactly zero, once.
 const ZERO_TEST_BITS: u64 = 160;
+
+/// An f64 guess of a root is right to about this many bits of the interval where the equation is not too flat.
+const FLOAT_BITS: u64 = 40;
+/// Steps towards such a guess; a few suffice but where the equation is very crooked.
+const FLOAT_STEPS: u32 = 40;
 
 /// What is zero at a root.
 #[derive(Clone, Debug)]
@@ -184,12 +189,20 @@ impl Root {
         value.is_zero()
     }
 
-    /// Narrows the interval by 2^`stride` where a secant guesses the right part of it, and then squares the stride; halves it
-    /// otherwise.
+    /// Narrows the interval by 2^`stride` where a guess names the right part of it, and then squares the stride; halves it
+    /// otherwise. The first guess is made in f64, the others by secants.
     fn refine(&mut self) {
-        let bits = self.bits + self.stride;
-        let start: BigInt = &self.numerator << self.stride;
-        let guess = &start + self.secant();
+        let in_floats = (self.stride == 0).then(|| self.guess()).flatten();
+        let (stride, place) = match in_floats {
+            Some(place) => (FLOAT_BITS, place),
+            None => {
+                self.stride = self.stride.max(1);
+                (self.stride, self.secant())
+            }
+        };
+        let bits = self.bits + stride;
+        let start: BigInt = &self.numerator << stride;
+        let guess = &start + place;
         let side = self.side(&guess, bits);
         let next = if side > 0 {
             &guess + 1_u32
@@ -206,7 +219,7 @@ impl Root {
         if side != other {
             self.numerator = if side > 0 { guess } else { next };
             self.bits = bits;
-            self.stride *= 2;
+            self.stride = 2 * stride;
         } else {
             self.stride = 1.max(self.stride / 2);
             self.halve();
@@ -245,6 +258,26 @@ impl Root {
         }
     }
 
+    /// Where in the interval the root lies, in f64 and in parts of 2^−[`FLOAT_BITS`], or `None` where rounding hides it.
+    fn guess(&self) -> Option<BigInt> {
+        let bits = i32::try_from(self.bits).ok()?;
+        let width = libm::ldexp(1.0, -bits);
+        let low = self.numerator.to_f64()? * width;
+        let side = f64::from(self.left);
+        let share = match &self.equation {
+            Equation::Polynomial(factor) => {
+                let (c, _) = factor.to_floats();
+                between(|share| side * value(&c, low + share * width))
+            }
+            Equation::Branch(pair, branch) => {
+                let pair = pair.to_floats();
+                between(|share| side * pair.value(*branch, low + share * width))
+            }
+        }?;
+        let parts = libm::ldexp(share, FLOAT_BITS as i32);
+        Some(BigInt::from(parts.round() as u64))
+    }
+
     /// The secant's root in parts of 2^−`stride` of the interval.
     fn secant(&self) -> BigInt {
         let [low, high] = self.equation.end_sizes(&self.numerator, self.bits);
@@ -253,5 +286,80 @@ impl Root {
             return BigInt::one();
         }
         (low << self.stride) / total
+    }
+}
+
+/// The value of a polynomial in f64, lowest power first.
+pub(super) fn value(coefficients: &[f64], at: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * at + c)
+}
+
+/// The zero in (0, 1) of a function that falls from positive to negative, by the Illinois method (Dowell and Jarratt 1971); `None`
+/// where it does not.
+fn between(f: impl Fn(f64) -> f64) -> Option<f64> {
+    let (mut low, mut high) = ((0.0, f(0.0)), (1.0, f(1.0)));
+    if !(low.1 > 0.0 && high.1 < 0.0) {
+        return None;
+    }
+    let mut last_side = 0;
+    for _ in 0..FLOAT_STEPS {
+        let middle = low.0 + (high.0 - low.0) * (low.1 / (low.1 - high.1));
+        let value = f(middle);
+        if value == 0.0 || high.0 - low.0 < f64::EPSILON {
+            return Some(middle);
+        }
+        let side = if value > 0.0 { 1 } else { -1 };
+        // An end that stays twice pulls less.
+        if side > 0 {
+            low = (middle, value);
+            high.1 *= if side == last_side { 0.5 } else { 1.0 };
+        } else {
+            high = (middle, value);
+            low.1 *= if side == last_side { 0.5 } else { 1.0 };
+        }
+        last_side = side;
+    }
+    Some(0.5 * (low.0 + high.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 100 u³ + 3 u − 1 has the one root .1745…
+    #[test]
+    fn the_first_guess_narrows_a_root_by_forty_bits() {
+        let coefficients = [-1, 3, 0, 100].map(BigInt::from).to_vec();
+        let polynomial = Polynomial::new(coefficients);
+        let mut roots = polynomial.roots();
+        assert_eq!(roots.len(), 1);
+        let before = roots[0].bits;
+        roots[0].refine();
+        assert_eq!(roots[0].bits, before + FLOAT_BITS);
+        let [low, high] = roots[0].interval();
+        let excess = |end: &Dyadic| polynomial.scaled_value(&end.mantissa, -end.exponent as u64);
+        assert!(excess(&low).is_negative() && excess(&high).is_positive());
+    }
+
+    /// 2¹⁰⁰ (u − ½)³ − u is so flat that f64 sees nothing but rounding near its root: bisection must do.
+    #[test]
+    fn a_root_that_f64_cannot_see_is_narrowed_all_the_same() {
+        let one = BigInt::one() << 100;
+        let [cube, square, line] = [8, -12, 6].map(|c| &one * c);
+        let polynomial = Polynomial::new(vec![-&one, line - 1, square, cube]);
+        let mut roots = polynomial.roots();
+        assert_eq!(roots.len(), 1);
+        let value = roots[0].to_f64();
+        // (u − ½)³ = u/(8 · 2¹⁰⁰): u = ½ + 2⁻³⁴·⁶⁶…
+        let expected = 0.5 + 0.5 * libm::cbrt(0.5 * libm::exp2(-100.0));
+        assert!((value - expected).abs() < 1e-15, "{value} {expected}");
+    }
+
+    #[test]
+    fn a_zero_is_found_between_signs_and_nowhere_else() {
+        let zero = between(|x| 0.3 - x * x * x).expect("a zero");
+        assert!((zero - libm::cbrt(0.3)).abs() < 1e-12);
+        assert!(between(|x| x - 0.3).is_none());
+        assert!(between(|_| f64::NAN).is_none());
     }
 }

@@ -155,8 +155,8 @@ impl Aim {
     }
 }
 
-/// A step of the polish this great is none.
-const COARSE: f64 = 1e-3;
+/// A step of Newton's method this great says nothing of convergence.
+pub(super) const COARSE: f64 = 1e-3;
 
 /// A cubic and its derivatives at `u` from its powers.
 #[inline(always)]

@@ -4,7 +4,7 @@
 //! test of convergence sends the others to [`search`], which always ends.
 
 use super::isolate::Bracket;
-use super::line::{Aim, clamped};
+use super::line::{Aim, COARSE, clamped};
 use super::{Cubics, Root};
 use crate::numeric::polynomial::cubic;
 
@@ -66,8 +66,9 @@ pub(super) fn refine_more(
     *steps += 1;
     let (root, change) = aim.newton(curve, first.root.u, first.root.t);
     let converges = change < QUADRATIC * first.change;
-    // The step to come is foretold from the last two.
-    let settled = change * change * change < FORETOLD * (first.change * first.change);
+    // The step to come is foretold from the last two, if these were steps of convergence at all.
+    let near = first.change < COARSE;
+    let settled = near && change * change * change < FORETOLD * (first.change * first.change);
     let slope = aim.derivatives(curve, root.u)[1];
     let rightly = inside([bracket.low, bracket.high], root.u) && slope * bracket.slope() > 0.0;
     if converges && settled && rightly {

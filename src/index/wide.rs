@@ -3,22 +3,27 @@
 //! Balls stand in runs of sixteen (leaves), those in runs of sixteen (nodes), and so on up to one root; no node is stored but the
 //! boxes of what is below it, in f32 rounded outward, each ball's inflated by its own radius. Queries are taken along a Hilbert
 //! curve, sixteen at a time with a box around them. A join hands packets down from the root to the children that their boxes
-//! meet; at a leaf, packets that meet a ball's box are tested against the ball in f64, by the predicate of all indices. So boxes
-//! decide about speed only. Packets of rays go back to Wald et al. (2001), wide trees to Ernst and Greiner (2008).
+//! meet; at a leaf, packets that meet a ball's box are tested against the ball in f32 with bounds of its rounding, and where that
+//! leaves a doubt in f64, by the predicate of all indices. So boxes and f32 decide about speed only. Packets of rays go back to Wald et al. (2001), wide trees to Ernst and Greiner (2008).
 
 mod boxes;
 mod build;
+mod rough;
 pub mod swapped;
 
 use super::{Answers, BallIndex, Balls, IndexError, ball_box, check_radii, covers, sum};
 use crate::numeric::simd::{Kernel, Lanes, Vectors};
 use crate::numeric::work::Work;
-use boxes::{Bounds, Boxes, Packet, Packets, WIDTH};
+use boxes::{Bounds, Boxes, Packets, WIDTH};
 use glam::DVec3;
 use rayon::prelude::*;
+use rough::Rough;
+use std::ops::Range;
 
 /// From this level on, children are worth tasks of their own: 256 balls each.
 const PARALLEL: usize = 2;
+/// Pairs of packets and balls of a leaf from which on they are tested before more are listed.
+const MANY: usize = 1 << 12;
 /// Items that one thread copies at least.
 const LEAST: usize = 1 << 12;
 
@@ -27,6 +32,8 @@ const LEAST: usize = 1 << 12;
 pub struct WideTree {
     /// Boxes of the balls of each leaf, of the leaves of each node above, and so on to the root. Empty without balls.
     levels: Vec<Vec<Boxes>>,
+    /// The balls of each leaf, from [`middle`].
+    rough: Vec<Rough>,
     /// Centres and squared radii in tree order.
     centers: Vec<DVec3>,
     radii_squared: Vec<f64>,
@@ -42,17 +49,27 @@ type Lists = [Vec<u32>; WIDTH];
 /// Memory that is used again from node to node.
 #[derive(Default)]
 struct Scratch {
-    /// Lists for the children of a node, and for the balls of a leaf.
-    lists: [Lists; PARALLEL],
+    /// Lists for the children of a node, from level 1 on.
+    lists: [Lists; PARALLEL - 1],
+    leaf: LeafScratch,
+}
+
+/// Memory of a leaf.
+#[derive(Default)]
+struct LeafScratch {
+    /// Of sixteen packets of the leaf's list, those that meet the box of each ball.
+    met: Vec<[u32; WIDTH]>,
+    /// Packets, by their place in the leaf's list, and balls whose boxes meet: place × 16 + ball.
+    pairs: Vec<u32>,
+    /// Queries of each pair that the ball covers.
+    covered: Vec<u32>,
     hits: Vec<u32>,
 }
 
 /// A join under way.
 struct Join<'a, G> {
     tree: &'a WideTree,
-    queries: Packets,
-    /// Query of each place in packets, if the queries did not come in the curve's order.
-    order: Option<Vec<u32>>,
+    queries: Packets<'a>,
     gather: &'a G,
 }
 
@@ -77,13 +94,14 @@ impl WideTree {
         }
         let mut tree = Self {
             levels: Vec::new(),
+            rough: Vec::new(),
             centers: in_order().map(|item| balls.centers[item]).collect(),
             radii_squared: in_order().map(|item| balls.radii_squared[item]).collect(),
             order,
             places,
             vectors,
         };
-        tree.fit_boxes();
+        tree.fit();
         tree
     }
 
@@ -96,25 +114,34 @@ impl WideTree {
         for (radius, &item) in self.radii_squared.iter_mut().zip(&self.order) {
             *radius = radii_squared[item as usize];
         }
-        self.fit_boxes();
+        self.fit();
         Ok(())
     }
 
     /// Bytes that the tree holds.
     pub fn bytes(&self) -> usize {
         boxes::bytes(&self.levels)
+            + size_of_val(&*self.rough)
             + size_of_val(&*self.centers)
             + size_of_val(&*self.radii_squared)
             + size_of_val(&*self.order)
             + size_of_val(&*self.places)
     }
 
-    fn fit_boxes(&mut self) {
+    /// What depends on the radii.
+    fn fit(&mut self) {
         let ball = |place: usize| {
             let (least, most) = ball_box(self.centers[place], self.radii_squared[place]);
             Bounds::around(least, most)
         };
         self.levels = boxes::levels(self.order.len(), ball);
+        let origin = middle(&self.centers);
+        let leaves = self.centers.par_chunks(WIDTH);
+        let leaves = leaves.zip(self.radii_squared.par_chunks(WIDTH));
+        self.rough = leaves
+            .with_min_len(LEAST / WIDTH)
+            .map(|(centers, radii_squared)| Rough::of(centers, radii_squared, origin))
+            .collect();
     }
 }
 
@@ -161,16 +188,14 @@ impl BallIndex for WideTree {
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32], &mut T) + Sync,
     {
-        let (packets, order) = Packets::compact(queries);
         let join = Join {
             tree: self,
-            queries: packets,
-            order,
+            queries: Packets::compact(queries, middle(&self.centers)),
             gather,
         };
         let in_tree_order = &mut answers.values[..self.order.len()];
         if let Some(top) = self.levels.len().checked_sub(1) {
-            let packets: Vec<u32> = (0..join.queries.packets.len() as u32).collect();
+            let packets: Vec<u32> = (0..join.queries.bounds.len() as u32).collect();
             let scratch = &mut Scratch::default();
             *work += join.descend(top, 0, &packets, in_tree_order, scratch);
         }
@@ -200,14 +225,14 @@ impl<G> Join<'_, G> {
                 node,
                 packets,
                 out,
-                scratch,
+                scratch: &mut scratch.leaf,
             });
         }
         let mut work = Work {
             index_visits: packets.len() as u64,
             ..Work::default()
         };
-        let mut lists = match scratch.lists.get_mut(level) {
+        let mut lists = match scratch.lists.get_mut(level - 1) {
             Some(lists) => std::mem::take(lists),
             None => Lists::default(),
         };
@@ -228,7 +253,7 @@ impl<G> Join<'_, G> {
             for (child, (packets, out)) in lists.iter().zip(out.chunks_mut(below)).enumerate() {
                 work += self.descend(level - 1, node * WIDTH + child, packets, out, scratch);
             }
-            scratch.lists[level] = lists;
+            scratch.lists[level - 1] = lists;
         }
         work
     }
@@ -276,7 +301,7 @@ struct Leaf<'a, T, G> {
     node: usize,
     packets: &'a [u32],
     out: &'a mut [T],
-    scratch: &'a mut Scratch,
+    scratch: &'a mut LeafScratch,
 }
 
 impl<T, G> Kernel for Leaf<'_, T, G>
@@ -287,63 +312,146 @@ where
     type Output = Work;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> Work {
-        let Join {
-            tree,
-            queries,
-            order,
-            gather,
-        } = self.join;
-        let Scratch { lists, hits } = self.scratch;
+    fn run<L: Lanes>(mut self, lanes: L) -> Work {
         let mut work = Work {
             index_visits: self.packets.len() as u64,
             ..Work::default()
         };
-        Spread {
-            boxes: &tree.levels[0][self.node],
-            bounds: &queries.bounds,
-            packets: self.packets,
-            lists: &mut lists[0],
-        }
-        .run(lanes);
-        let first = self.node * WIDTH;
-        for (slot, (list, answer)) in lists[0].iter().zip(self.out).enumerate() {
-            let place = first + slot;
-            work.index_tests += (list.len() * WIDTH) as u64;
-            let ball = (tree.centers[place], tree.radii_squared[place]);
-            let count = covered(&queries.packets, list, ball, hits, lanes);
-            let hits = &mut hits[..count];
-            if count > 0 {
-                restore(order.as_deref(), hits);
-                gather(tree.order[place] as usize, hits, answer);
-            }
+        self.meet(lanes);
+        let mut first = 0;
+        while first < self.out.len() {
+            let (next, pairs) = self.list(first, lanes);
+            work.index_tests += (pairs * WIDTH) as u64;
+            self.test(pairs, lanes);
+            let ends = self.collect(pairs, lanes);
+            self.hand_over(first..next, &ends);
+            first = next;
         }
         work
     }
 }
 
-/// Writes the places of the queries that a ball covers to the front of `hits`; returns how many.
-#[inline(always)]
-fn covered<L: Lanes>(
-    packets: &[Packet],
-    list: &[u32],
-    (center, radius_squared): (DVec3, f64),
-    hits: &mut Vec<u32>,
-    lanes: L,
-) -> usize {
-    let most = (list.len() + 1) * WIDTH;
-    if hits.len() < most {
-        hits.resize(most, 0);
-    }
-    let mut count = 0;
-    for &packet in list {
-        let bits = packets[packet as usize].covered(center, radius_squared, lanes);
-        if let Some(out) = hits[count..].first_chunk_mut() {
-            lanes.places(bits, packet * WIDTH as u32, out);
+// In steps, each a loop without branches that depend on the data: their mispredictions would cost more than the work.
+impl<T, G> Leaf<'_, T, G>
+where
+    T: Copy + Default + Send + Sync,
+    G: Fn(usize, &[u32], &mut T) + Sync,
+{
+    /// Asks the box of each packet for the balls whose boxes it meets.
+    #[inline(always)]
+    fn meet<L: Lanes>(&mut self, lanes: L) {
+        let Join { tree, queries, .. } = self.join;
+        let boxes = &tree.levels[0][self.node];
+        self.scratch.met.clear();
+        for packets in self.packets.chunks(WIDTH) {
+            let mut met = [0; WIDTH];
+            for (i, &packet) in packets.iter().enumerate() {
+                let balls = boxes.overlaps(&queries.bounds[packet as usize], lanes);
+                for (ball, met) in met.iter_mut().enumerate() {
+                    *met |= (balls >> ball & 1) << i;
+                }
+            }
+            self.scratch.met.push(met);
         }
-        count += bits.count_ones() as usize;
     }
-    count
+
+    /// Lists the pairs of balls from `first` on, ball by ball, until they are many. Returns the first ball left, and how many pairs.
+    #[inline(always)]
+    fn list<L: Lanes>(&mut self, first: usize, lanes: L) -> (usize, usize) {
+        let LeafScratch { met, pairs, .. } = &mut *self.scratch;
+        let (mut ball, mut count) = (first, 0);
+        while ball < self.out.len() && count < MANY {
+            grow(pairs, count + (met.len() + 1) * WIDTH);
+            for (sixteen, met) in met.iter().enumerate() {
+                if let Some(out) = pairs[count..].first_chunk_mut::<WIDTH>() {
+                    lanes.places(met[ball], (sixteen * WIDTH) as u32, out);
+                    for pair in out {
+                        *pair = *pair << 4 | ball as u32;
+                    }
+                }
+                count += met[ball].count_ones() as usize;
+            }
+            ball += 1;
+        }
+        (ball, count)
+    }
+
+    /// Finds the queries that belong to the first pairs.
+    #[inline(always)]
+    fn test<L: Lanes>(&mut self, pairs: usize, lanes: L) {
+        let Join { tree, queries, .. } = self.join;
+        let first = self.node * WIDTH;
+        let centers = &tree.centers[first..first + self.out.len()];
+        let radii_squared = &tree.radii_squared[first..first + self.out.len()];
+        let rough = &tree.rough[self.node];
+        let scratch = &mut *self.scratch;
+        grow(&mut scratch.covered, pairs);
+        let pairs = &scratch.pairs[..pairs];
+        for (&pair, covered) in pairs.iter().zip(&mut scratch.covered) {
+            let ball = pair as usize % WIDTH;
+            let packet = self.packets[pair as usize / WIDTH] as usize;
+            let exact = (centers[ball], radii_squared[ball]);
+            *covered = queries.covered(packet, (rough, ball), exact, lanes);
+        }
+    }
+
+    /// Writes the places of the queries covered, one after the other. Returns where those of each ball end.
+    #[inline(always)]
+    fn collect<L: Lanes>(&mut self, pairs: usize, lanes: L) -> [usize; WIDTH] {
+        let LeafScratch {
+            pairs: all,
+            covered,
+            hits,
+            ..
+        } = &mut *self.scratch;
+        grow(hits, (pairs + 1) * WIDTH);
+        let mut ends = [0; WIDTH];
+        let mut count = 0;
+        for (&pair, &bits) in all[..pairs].iter().zip(&covered[..pairs]) {
+            let packet = self.packets[pair as usize / WIDTH];
+            if let Some(out) = hits[count..].first_chunk_mut() {
+                lanes.places(bits, packet * WIDTH as u32, out);
+            }
+            count += bits.count_ones() as usize;
+            ends[pair as usize % WIDTH] = count;
+        }
+        ends
+    }
+
+    /// Gathers at some balls.
+    #[inline(always)]
+    fn hand_over(&mut self, balls: Range<usize>, ends: &[usize; WIDTH]) {
+        let Join {
+            tree,
+            queries,
+            gather,
+        } = self.join;
+        let mut start = 0;
+        for ball in balls {
+            // That of a ball without pairs is 0.
+            let end = ends[ball].max(start);
+            if end > start {
+                let hits = &mut self.scratch.hits[start..end];
+                restore(queries.order.as_deref(), hits);
+                let number = tree.order[self.node * WIDTH + ball] as usize;
+                gather(number, hits, &mut self.out[ball]);
+            }
+            start = end;
+        }
+    }
+}
+
+/// Makes room for so many.
+#[inline(always)]
+fn grow(list: &mut Vec<u32>, most: usize) {
+    if list.len() < most {
+        list.resize(most, 0);
+    }
+}
+
+/// The centre in the middle of a list: with a scene far from the origin of coordinates, an origin within it.
+fn middle(centers: &[DVec3]) -> DVec3 {
+    centers.get(centers.len() / 2).copied().unwrap_or_default()
 }
 
 /// Turns places into queries in rising order, if the queries were put in another order.

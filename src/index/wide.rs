@@ -61,7 +61,7 @@ struct LeafScratch {
     met: Vec<[u32; WIDTH]>,
     /// Packets, by their place in the leaf's list, and balls whose boxes meet: place × 16 + ball.
     pairs: Vec<u32>,
-    /// Queries of each pair that the ball covers.
+    /// Queries of each pair that the ball covers, and above these those that it may cover.
     covered: Vec<u32>,
     hits: Vec<u32>,
 }
@@ -380,18 +380,28 @@ where
     #[inline(always)]
     fn test<L: Lanes>(&mut self, pairs: usize, lanes: L) {
         let Join { tree, queries, .. } = self.join;
-        let first = self.node * WIDTH;
-        let centers = &tree.centers[first..first + self.out.len()];
-        let radii_squared = &tree.radii_squared[first..first + self.out.len()];
         let rough = &tree.rough[self.node];
         let scratch = &mut *self.scratch;
         grow(&mut scratch.covered, pairs);
+        let covered = &mut scratch.covered[..pairs];
         let pairs = &scratch.pairs[..pairs];
-        for (&pair, covered) in pairs.iter().zip(&mut scratch.covered) {
-            let ball = pair as usize % WIDTH;
+        let mut doubts = 0;
+        for (&pair, covered) in pairs.iter().zip(&mut *covered) {
             let packet = self.packets[pair as usize / WIDTH] as usize;
-            let exact = (centers[ball], radii_squared[ball]);
-            *covered = queries.covered(packet, (rough, ball), exact, lanes);
+            let (surely, perhaps) = queries.covered(packet, (rough, pair as usize), lanes);
+            *covered = surely | perhaps << 16;
+            doubts |= surely ^ perhaps;
+        }
+        if doubts == 0 {
+            return;
+        }
+        for (&pair, covered) in pairs.iter().zip(covered) {
+            if *covered & 0xffff != *covered >> 16 {
+                let packet = self.packets[pair as usize / WIDTH] as usize;
+                let place = self.node * WIDTH + pair as usize % WIDTH;
+                let ball = (tree.centers[place], tree.radii_squared[place]);
+                *covered = queries.covered_exactly(packet, ball);
+            }
         }
     }
 
@@ -407,7 +417,8 @@ where
         grow(hits, (pairs + 1) * WIDTH);
         let mut ends = [0; WIDTH];
         let mut count = 0;
-        for (&pair, &bits) in all[..pairs].iter().zip(&covered[..pairs]) {
+        for (&pair, &covered) in all[..pairs].iter().zip(&covered[..pairs]) {
+            let bits = covered & 0xffff;
             let packet = self.packets[pair as usize / WIDTH];
             if let Some(out) = hits[count..].first_chunk_mut() {
                 lanes.places(bits, packet * WIDTH as u32, out);

@@ -160,27 +160,25 @@ impl<'a> Packets<'a> {
         }
     }
 
-    /// Bit k says whether the ball that is number `i` of `rough` covers query k of a packet: the predicate of all indices, to the bit.
+    /// Bit k of the first mask says that ball `i` of `rough` covers query k of a packet, that of the second that it may.
     #[inline(always)]
     pub(super) fn covered<L: Lanes>(
         &self,
         packet: usize,
         (rough, i): (&Rough, usize),
-        ball: (DVec3, f64),
         lanes: L,
-    ) -> u32 {
-        let (surely, perhaps) = rough.covered(i, &self.packets[packet], lanes);
-        if surely == perhaps {
-            surely
-        } else {
-            self.covered_exactly(packet, ball)
-        }
+    ) -> (u32, u32) {
+        rough.covered(i, &self.packets[packet], lanes)
     }
 
-    /// The same without a first look.
+    /// Bit k says whether the ball covers query k of a packet: the predicate of all indices, for those in doubt.
     #[cold]
     #[inline(never)]
-    fn covered_exactly(&self, packet: usize, (center, radius_squared): (DVec3, f64)) -> u32 {
+    pub(super) fn covered_exactly(
+        &self,
+        packet: usize,
+        (center, radius_squared): (DVec3, f64),
+    ) -> u32 {
         let places = packet * WIDTH..self.queries.len().min((packet + 1) * WIDTH);
         places.enumerate().fold(0, |bits, (k, place)| {
             let query = match &self.order {

@@ -162,8 +162,12 @@ where
                     let packet = node * WIDTH + met.trailing_zeros() as usize;
                     met &= met - 1;
                     work.index_tests += WIDTH as u64;
-                    let ball = (center, radius_squared);
-                    let bits = packets.covered(packet, (&rough, item), ball, lanes);
+                    let (surely, perhaps) = packets.covered(packet, (&rough, item), lanes);
+                    let bits = if surely == perhaps {
+                        surely
+                    } else {
+                        packets.covered_exactly(packet, (center, radius_squared))
+                    };
                     if self.hits.len() < count + WIDTH {
                         self.hits.resize(2 * (count + WIDTH), 0);
                     }

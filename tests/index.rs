@@ -201,6 +201,63 @@ fn k7_extreme_coordinates_are_searched_rightly_and_those_that_are_not_finite_rej
     assert!(Balls::new(vec![DVec3::ZERO], vec![]).is_err());
 }
 
+/// Points at r (1 ± 2⁻ᵏ) of the centre of a ball for k up to 53, and some ulps around the ends of its axes: 32 for each ball.
+fn around_the_borders(balls: &Balls, stream: &mut Stream) -> Vec<DVec3> {
+    let mut points = Vec::new();
+    for (&center, square) in balls.centers().iter().zip(balls.radii_squared()) {
+        let radius = square.sqrt();
+        for k in 0..16 {
+            let towards: [f64; 3] = std::array::from_fn(|_| 2.0 * stream.uniform() - 1.0);
+            let off = 2.0_f64.powi(-(16 + (37.0 * stream.uniform()) as i32));
+            let away = radius * if k % 2 == 0 { 1.0 + off } else { 1.0 - off };
+            points.push(center + away * DVec3::from_array(towards).normalize());
+            let mut end = center;
+            let axis = k % 3;
+            end[axis] += radius;
+            for _ in 0..k / 3 {
+                end[axis] = if k % 2 == 0 {
+                    end[axis].next_up()
+                } else {
+                    end[axis].next_down()
+                };
+            }
+            points.push(end);
+        }
+    }
+    points
+}
+
+/// From subnormal radii to those whose squares are near the largest number; balls around the origin of coordinates, a hundred radii
+/// apart, and where f32 cannot tell them from each other; with one that covers everything among them, and queries that are nowhere.
+#[test]
+fn queries_a_hair_off_the_border_of_a_ball_are_decided_as_the_scan_does() {
+    let mut stream = Stream::new(12, Purpose::Test, 0);
+    for scale in [1e-310, 1e-160, 1e-30, 1e-20, 1.0, 1e17, 1e30, 1e150] {
+        for apart in [0.0, 1.0, 100.0, 1e9] {
+            let centers: Vec<DVec3> = scattered(40, 15)
+                .iter()
+                .map(|&p| scale * apart * (p - 0.5))
+                .collect();
+            let square = |i: usize| {
+                let radius = scale * (0.5 + stream.uniform());
+                if i == 33 {
+                    f64::INFINITY
+                } else {
+                    radius * radius
+                }
+            };
+            let squares: Vec<f64> = (0..centers.len()).map(square).collect();
+            for kept in [1, 33, 40] {
+                let (centers, squares) = (centers[..kept].to_vec(), squares[..kept].to_vec());
+                let set = Balls::new(centers, squares).expect("valid balls");
+                let mut queries = around_the_borders(&set, &mut stream);
+                queries.extend([DVec3::NAN, DVec3::splat(f64::MAX), DVec3::NEG_INFINITY]);
+                agrees_with_the_scan(&set, &queries);
+            }
+        }
+    }
+}
+
 #[test]
 fn k8_sorted_input_makes_no_difference() {
     let mut centers = scattered(2000, 7);

@@ -3,19 +3,24 @@
 //! Balls stand in runs of sixteen (leaves), those in runs of sixteen (nodes), and so on up to one root; no node is stored but the
 //! boxes of what is below it, in f32 rounded outward, each ball's inflated by its own radius. Queries are taken along a Hilbert
 //! curve, sixteen at a time with a box around them. A join hands packets down from the root to the children that their boxes
-//! meet; at a leaf, packets that meet a ball's box are tested against the ball in f64, by the predicate of all indices. So boxes
-//! decide about speed only. Packets of rays go back to Wald et al. (2001), wide trees to Ernst and Greiner (2008).
+//! meet; at a leaf, packets that meet a ball's box are tested against the ball in f32 with bounds of its rounding, and where that
+//! leaves a doubt in f64, by the predicate of all indices. So boxes and f32 decide about speed only. Packets of rays go back to
+//! Wald et al. (2001), wide trees to Ernst and Greiner (2008).
 
 mod boxes;
 mod build;
+mod leaf;
+mod rough;
 pub mod swapped;
 
 use super::{Answers, BallIndex, Balls, IndexError, ball_box, check_radii, covers, sum};
 use crate::numeric::simd::{Kernel, Lanes, Vectors};
 use crate::numeric::work::Work;
-use boxes::{Bounds, Boxes, Packet, Packets, WIDTH};
+use boxes::{Bounds, Boxes, Packets, WIDTH};
 use glam::DVec3;
+use leaf::Leaf;
 use rayon::prelude::*;
+use rough::Rough;
 
 /// From this level on, children are worth tasks of their own: 256 balls each.
 const PARALLEL: usize = 2;
@@ -27,6 +32,8 @@ const LEAST: usize = 1 << 12;
 pub struct WideTree {
     /// Boxes of the balls of each leaf, of the leaves of each node above, and so on to the root. Empty without balls.
     levels: Vec<Vec<Boxes>>,
+    /// The balls of each leaf, from [`middle`].
+    rough: Vec<Rough>,
     /// Centres and squared radii in tree order.
     centers: Vec<DVec3>,
     radii_squared: Vec<f64>,
@@ -42,17 +49,15 @@ type Lists = [Vec<u32>; WIDTH];
 /// Memory that is used again from node to node.
 #[derive(Default)]
 struct Scratch {
-    /// Lists for the children of a node, and for the balls of a leaf.
-    lists: [Lists; PARALLEL],
-    hits: Vec<u32>,
+    /// Lists for the children of a node, from level 1 on.
+    lists: [Lists; PARALLEL - 1],
+    leaf: leaf::Scratch,
 }
 
 /// A join under way.
 struct Join<'a, G> {
     tree: &'a WideTree,
-    queries: Packets,
-    /// Query of each place in packets, if the queries did not come in the curve's order.
-    order: Option<Vec<u32>>,
+    queries: Packets<'a>,
     gather: &'a G,
 }
 
@@ -77,13 +82,14 @@ impl WideTree {
         }
         let mut tree = Self {
             levels: Vec::new(),
+            rough: Vec::new(),
             centers: in_order().map(|item| balls.centers[item]).collect(),
             radii_squared: in_order().map(|item| balls.radii_squared[item]).collect(),
             order,
             places,
             vectors,
         };
-        tree.fit_boxes();
+        tree.fit();
         tree
     }
 
@@ -96,25 +102,34 @@ impl WideTree {
         for (radius, &item) in self.radii_squared.iter_mut().zip(&self.order) {
             *radius = radii_squared[item as usize];
         }
-        self.fit_boxes();
+        self.fit();
         Ok(())
     }
 
     /// Bytes that the tree holds.
     pub fn bytes(&self) -> usize {
         boxes::bytes(&self.levels)
+            + size_of_val(&*self.rough)
             + size_of_val(&*self.centers)
             + size_of_val(&*self.radii_squared)
             + size_of_val(&*self.order)
             + size_of_val(&*self.places)
     }
 
-    fn fit_boxes(&mut self) {
+    /// What depends on the radii.
+    fn fit(&mut self) {
         let ball = |place: usize| {
             let (least, most) = ball_box(self.centers[place], self.radii_squared[place]);
             Bounds::around(least, most)
         };
         self.levels = boxes::levels(self.order.len(), ball);
+        let origin = middle(&self.centers);
+        let leaves = self.centers.par_chunks(WIDTH);
+        let leaves = leaves.zip(self.radii_squared.par_chunks(WIDTH));
+        self.rough = leaves
+            .with_min_len(LEAST / WIDTH)
+            .map(|(centers, radii_squared)| Rough::of(centers, radii_squared, origin))
+            .collect();
     }
 }
 
@@ -150,7 +165,7 @@ impl BallIndex for WideTree {
     }
 
     /// About 2 ns a result where a query has 20 and queries come along a curve ([`order`](crate::index::curve::order), about 2 ns a result more); if they
-    /// do not, they are sorted here and every list is sorted back: about 15. Memory: 26 bytes a query, and the answers.
+    /// do not, they are sorted here and every list is sorted back: about 15. Memory: 14 bytes a query, and the answers.
     fn join_onto<T, G>(
         &self,
         answers: &mut Answers<'_, T>,
@@ -161,16 +176,14 @@ impl BallIndex for WideTree {
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32], &mut T) + Sync,
     {
-        let (packets, order) = Packets::compact(queries);
         let join = Join {
             tree: self,
-            queries: packets,
-            order,
+            queries: Packets::compact(queries, middle(&self.centers)),
             gather,
         };
         let in_tree_order = &mut answers.values[..self.order.len()];
         if let Some(top) = self.levels.len().checked_sub(1) {
-            let packets: Vec<u32> = (0..join.queries.packets.len() as u32).collect();
+            let packets: Vec<u32> = (0..join.queries.bounds.len() as u32).collect();
             let scratch = &mut Scratch::default();
             *work += join.descend(top, 0, &packets, in_tree_order, scratch);
         }
@@ -200,14 +213,14 @@ impl<G> Join<'_, G> {
                 node,
                 packets,
                 out,
-                scratch,
+                scratch: &mut scratch.leaf,
             });
         }
         let mut work = Work {
             index_visits: packets.len() as u64,
             ..Work::default()
         };
-        let mut lists = match scratch.lists.get_mut(level) {
+        let mut lists = match scratch.lists.get_mut(level - 1) {
             Some(lists) => std::mem::take(lists),
             None => Lists::default(),
         };
@@ -228,7 +241,7 @@ impl<G> Join<'_, G> {
             for (child, (packets, out)) in lists.iter().zip(out.chunks_mut(below)).enumerate() {
                 work += self.descend(level - 1, node * WIDTH + child, packets, out, scratch);
             }
-            scratch.lists[level] = lists;
+            scratch.lists[level - 1] = lists;
         }
         work
     }
@@ -270,80 +283,9 @@ impl Kernel for Spread<'_> {
     }
 }
 
-/// Gathers at the balls of a leaf.
-struct Leaf<'a, T, G> {
-    join: &'a Join<'a, G>,
-    node: usize,
-    packets: &'a [u32],
-    out: &'a mut [T],
-    scratch: &'a mut Scratch,
-}
-
-impl<T, G> Kernel for Leaf<'_, T, G>
-where
-    T: Copy + Default + Send + Sync,
-    G: Fn(usize, &[u32], &mut T) + Sync,
-{
-    type Output = Work;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> Work {
-        let Join {
-            tree,
-            queries,
-            order,
-            gather,
-        } = self.join;
-        let Scratch { lists, hits } = self.scratch;
-        let mut work = Work {
-            index_visits: self.packets.len() as u64,
-            ..Work::default()
-        };
-        Spread {
-            boxes: &tree.levels[0][self.node],
-            bounds: &queries.bounds,
-            packets: self.packets,
-            lists: &mut lists[0],
-        }
-        .run(lanes);
-        let first = self.node * WIDTH;
-        for (slot, (list, answer)) in lists[0].iter().zip(self.out).enumerate() {
-            let place = first + slot;
-            work.index_tests += (list.len() * WIDTH) as u64;
-            let ball = (tree.centers[place], tree.radii_squared[place]);
-            let count = covered(&queries.packets, list, ball, hits, lanes);
-            let hits = &mut hits[..count];
-            if count > 0 {
-                restore(order.as_deref(), hits);
-                gather(tree.order[place] as usize, hits, answer);
-            }
-        }
-        work
-    }
-}
-
-/// Writes the places of the queries that a ball covers to the front of `hits`; returns how many.
-#[inline(always)]
-fn covered<L: Lanes>(
-    packets: &[Packet],
-    list: &[u32],
-    (center, radius_squared): (DVec3, f64),
-    hits: &mut Vec<u32>,
-    lanes: L,
-) -> usize {
-    let most = (list.len() + 1) * WIDTH;
-    if hits.len() < most {
-        hits.resize(most, 0);
-    }
-    let mut count = 0;
-    for &packet in list {
-        let bits = packets[packet as usize].covered(center, radius_squared, lanes);
-        if let Some(out) = hits[count..].first_chunk_mut() {
-            lanes.places(bits, packet * WIDTH as u32, out);
-        }
-        count += bits.count_ones() as usize;
-    }
-    count
+/// The centre in the middle of a list: with a scene far from the origin of coordinates, an origin within it.
+fn middle(centers: &[DVec3]) -> DVec3 {
+    centers.get(centers.len() / 2).copied().unwrap_or_default()
 }
 
 /// Turns places into queries in rising order, if the queries were put in another order.

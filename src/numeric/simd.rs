@@ -21,7 +21,7 @@ pub trait Lanes: Copy {
     fn beyond(self, values: &[f64; 8], bound: f64) -> (u32, u32);
 
     /// Bit i says whether `values[i] <= bound`.
-    fn at_most(self, values: &[f64; 8], bound: f64) -> u32;
+    fn at_most(self, values: &[f32; 16], bound: f32) -> u32;
 
     /// Bit i says whether `low[k][i] <= most[k]` and `high[k][i] >= least[k]` on all three axes k: whether box i of sixteen and the
     /// box from `least` to `most` have a point in common. A box of NaN has none.
@@ -54,7 +54,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn at_most(self, values: &[f64; 8], bound: f64) -> u32 {
+    fn at_most(self, values: &[f32; 16], bound: f32) -> u32 {
         let bits = values.iter().enumerate();
         bits.fold(0, |mask, (i, &value)| mask | u32::from(value <= bound) << i)
     }
@@ -175,9 +175,9 @@ mod x86 {
     use std::arch::x86_64::{
         _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_and_ps, _mm256_cmp_pd,
         _mm256_cmp_ps, _mm256_loadu_pd, _mm256_loadu_ps, _mm256_movemask_pd, _mm256_movemask_ps,
-        _mm256_set1_pd, _mm256_set1_ps, _mm512_add_epi32, _mm512_cmp_pd_mask, _mm512_loadu_pd,
-        _mm512_loadu_ps, _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32, _mm512_set1_epi32,
-        _mm512_set1_pd, _mm512_set1_ps, _mm512_setr_epi32, _mm512_storeu_si512,
+        _mm256_set1_pd, _mm256_set1_ps, _mm512_add_epi32, _mm512_cmp_pd_mask, _mm512_cmp_ps_mask,
+        _mm512_loadu_pd, _mm512_loadu_ps, _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32,
+        _mm512_set1_epi32, _mm512_set1_pd, _mm512_set1_ps, _mm512_setr_epi32, _mm512_storeu_si512,
     };
 
     /// Proof of the features of [`avx2`].
@@ -227,15 +227,15 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn at_most(self, values: &[f64; 8], bound: f64) -> u32 {
+        fn at_most(self, values: &[f32; 16], bound: f32) -> u32 {
             // SAFETY: `self` proves the features; both loads are inside `values`.
             unsafe {
-                let most = _mm256_set1_pd(bound);
+                let most = _mm256_set1_ps(bound);
                 let half = |at: usize| {
-                    let v = _mm256_loadu_pd(values.as_ptr().add(at));
-                    _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(v, most)) as u32
+                    let v = _mm256_loadu_ps(values.as_ptr().add(at));
+                    _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(v, most)) as u32
                 };
-                half(0) | half(4) << 4
+                half(0) | half(8) << 8
             }
         }
 
@@ -284,11 +284,11 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn at_most(self, values: &[f64; 8], bound: f64) -> u32 {
+        fn at_most(self, values: &[f32; 16], bound: f32) -> u32 {
             // SAFETY: `self` proves the features; the load is inside `values`.
             unsafe {
-                let v = _mm512_loadu_pd(values.as_ptr());
-                u32::from(_mm512_cmp_pd_mask::<_CMP_LE_OQ>(v, _mm512_set1_pd(bound)))
+                let v = _mm512_loadu_ps(values.as_ptr());
+                u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(v, _mm512_set1_ps(bound)))
             }
         }
 
@@ -352,7 +352,7 @@ mod tests {
         }
     }
 
-    struct AtMost([f64; 8], f64);
+    struct AtMost([f32; 16], f32);
 
     impl Kernel for AtMost {
         type Output = u32;
@@ -365,21 +365,15 @@ mod tests {
 
     #[test]
     fn every_set_compares_alike_and_nothing_with_nan() {
-        let values = [
-            1.0,
-            -1.0,
-            0.5,
-            0.5000000001,
-            f64::NAN,
-            f64::INFINITY,
-            -3.0,
-            0.0,
-        ];
+        let mut values = [1.0; 16];
+        values[1..5].copy_from_slice(&[-1.0, 0.5, 0.5_f32.next_up(), f32::NAN]);
+        values[7..9].copy_from_slice(&[f32::INFINITY, -3.0]);
+        values[15] = 0.0;
         for vectors in Vectors::all() {
             let at_most = |bound| vectors.run(AtMost(values, bound));
-            assert_eq!(at_most(0.5), 0b1100_0110, "{vectors}");
-            assert_eq!(at_most(f64::INFINITY), 0b1110_1111, "{vectors}");
-            assert_eq!(at_most(f64::NAN), 0, "{vectors}");
+            assert_eq!(at_most(0.5), 0b1000_0001_0000_0110, "{vectors}");
+            assert_eq!(at_most(f32::INFINITY), 0xffef, "{vectors}");
+            assert_eq!(at_most(f32::NAN), 0, "{vectors}");
         }
     }
 

@@ -1,6 +1,7 @@
 //! Boxes by sixteens, in f32 rounded outward, and packets of sixteen queries.
 
-use crate::index::curve;
+use super::rough::Rough;
+use crate::index::{covers, curve};
 use crate::numeric::simd::Lanes;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -26,10 +27,11 @@ pub(super) struct Boxes {
     high: [[f32; WIDTH]; 3],
 }
 
-/// Sixteen queries, a coordinate at a time. Places without a query hold NaN, which no ball covers.
+/// Sixteen queries, a coordinate at a time, from the origin of their packets and to within rounding. Places without a query hold
+/// NaN, which no ball covers.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Packet([[f64; WIDTH]; 3]);
+pub(super) struct Packet(pub(super) [[f32; WIDTH]; 3]);
 
 /// The largest f32 that is at most `x`.
 fn below(x: f64) -> f32 {
@@ -90,63 +92,48 @@ impl Boxes {
 
 impl Packet {
     /// Up to sixteen queries, and a box around them.
-    fn of(queries: impl Iterator<Item = DVec3>) -> (Self, Bounds) {
-        let mut packet = Self([[f64::NAN; WIDTH]; 3]);
+    fn of(queries: impl Iterator<Item = DVec3>, origin: DVec3) -> (Self, Bounds) {
+        let mut packet = Self([[f32::NAN; WIDTH]; 3]);
         // A query with a NaN, which no ball covers, leaves a box that holds the others.
         let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for (place, query) in queries.take(WIDTH).enumerate() {
+            let from_origin = query - origin;
             for axis in 0..3 {
-                packet.0[axis][place] = query[axis];
+                packet.0[axis][place] = from_origin[axis] as f32;
             }
             least = least.min(query);
             most = most.max(query);
         }
         (packet, Bounds::around(least, most))
     }
-
-    /// Bit i says whether the ball covers query i: the predicate of all indices, to the bit.
-    #[inline(always)]
-    pub(super) fn covered<L: Lanes>(&self, center: DVec3, radius_squared: f64, lanes: L) -> u32 {
-        let half = |start: usize| {
-            let distance_squared = std::array::from_fn(|i| {
-                let [x, y, z] = [
-                    self.0[0][start + i] - center.x,
-                    self.0[1][start + i] - center.y,
-                    self.0[2][start + i] - center.z,
-                ];
-                x * x + y * y + z * z
-            });
-            lanes.at_most(&distance_squared, radius_squared)
-        };
-        half(0) | half(8) << 8
-    }
 }
 
 /// The queries of a join in packets of sixteen.
-pub(super) struct Packets {
-    pub(super) packets: Vec<Packet>,
+pub(super) struct Packets<'a> {
+    queries: &'a [DVec3],
+    /// Query of each place in packets, if the queries did not come along a curve.
+    pub(super) order: Option<Vec<u32>>,
+    packets: Vec<Packet>,
     pub(super) bounds: Vec<Bounds>,
 }
 
-impl Packets {
-    /// Of all queries, and the query of each place if they did not come along a curve and were put so.
-    pub(super) fn compact(queries: &[DVec3]) -> (Self, Option<Vec<u32>>) {
-        let packets = Self::new(queries.len(), |place| queries[place]);
+impl<'a> Packets<'a> {
+    /// Of all queries, seen from an origin; those that do not come along a curve are put so.
+    pub(super) fn compact(queries: &'a [DVec3], origin: DVec3) -> Self {
+        let packets = Self::new(queries, None, origin);
         if packets.are_compact() {
-            return (packets, None);
+            return packets;
         }
         drop(packets);
-        let order = curve::order(queries);
-        let packets = Self::new(queries.len(), |place| queries[order[place] as usize]);
-        (packets, Some(order))
+        Self::new(queries, Some(curve::order(queries)), origin)
     }
 
-    /// Of queries in the order in which the function names them.
-    fn new(count: usize, query: impl Fn(usize) -> DVec3 + Sync) -> Self {
+    fn new(queries: &'a [DVec3], order: Option<Vec<u32>>, origin: DVec3) -> Self {
         let blank = Bounds {
             least: [f32::NAN; 3],
             most: [f32::NAN; 3],
         };
+        let count = queries.len();
         let mut bounds = vec![blank; count.div_ceil(WIDTH)];
         let packets = bounds
             .par_iter_mut()
@@ -154,12 +141,59 @@ impl Packets {
             .enumerate()
             .map(|(packet, bounds)| {
                 let places = packet * WIDTH..count.min((packet + 1) * WIDTH);
-                let (packet, around) = Packet::of(places.map(&query));
+                let (packet, around) = match &order {
+                    None => Packet::of(queries[places].iter().copied(), origin),
+                    Some(order) => {
+                        let queries = order[places].iter().map(|&query| queries[query as usize]);
+                        Packet::of(queries, origin)
+                    }
+                };
                 *bounds = around;
                 packet
             })
             .collect();
-        Self { packets, bounds }
+        Self {
+            queries,
+            order,
+            packets,
+            bounds,
+        }
+    }
+
+    /// Bit k of the first mask says that ball `i` of `rough` covers query k of a packet, that of the second that it may.
+    #[inline(always)]
+    pub(super) fn covered<L: Lanes>(
+        &self,
+        packet: usize,
+        (rough, i): (&Rough, usize),
+        lanes: L,
+    ) -> (u32, u32) {
+        rough.covered(i, &self.packets[packet], lanes)
+    }
+
+    /// Bit k says whether the ball covers query k of a packet: the predicate of all indices, for those in doubt.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn covered_exactly(
+        &self,
+        packet: usize,
+        (center, radius_squared): (DVec3, f64),
+    ) -> u32 {
+        let places = packet * WIDTH..self.queries.len().min((packet + 1) * WIDTH);
+        places.enumerate().fold(0, |bits, (k, place)| {
+            let query = match &self.order {
+                None => place,
+                Some(order) => order[place] as usize,
+            };
+            bits | u32::from(covers(center, radius_squared, self.queries[query])) << k
+        })
+    }
+
+    /// Bytes that they hold.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.packets)
+            + size_of_val(&*self.bounds)
+            + self.order.as_deref().map_or(0, size_of_val)
     }
 
     /// Whether packets are mostly small: the median size of some is at most a quarter of the median distance between them. For

@@ -2,14 +2,15 @@
 //! move between joins or are few.
 
 use super::boxes::{Bounds, Boxes, Packets, WIDTH, bytes, levels};
-use super::restore;
+use super::rough::Rough;
+use super::{middle, restore};
 use crate::index::{Answers, BallIndex, Balls, IndexError, ball_box, scan, sum};
 use crate::numeric::simd::{Kernel, Lanes, Vectors};
 use crate::numeric::work::Work;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Balls of one task.
+/// Balls of one task: a multiple of sixteen.
 const CHUNK: usize = 256;
 
 /// Balls that ask.
@@ -20,10 +21,8 @@ pub struct Swapped {
 }
 
 /// A tree over queries.
-struct QueryTree {
-    packets: Packets,
-    /// Query of each place in packets, if the queries did not come along a curve.
-    order: Option<Vec<u32>>,
+struct QueryTree<'a> {
+    packets: Packets<'a>,
     /// Boxes of the packets by sixteens, and so on to the root.
     levels: Vec<Vec<Boxes>>,
 }
@@ -41,7 +40,7 @@ impl Swapped {
 
     /// Bytes that a join with these queries holds for them.
     pub fn bytes(queries: &[DVec3]) -> usize {
-        QueryTree::new(queries).bytes()
+        QueryTree::new(queries, DVec3::ZERO).bytes()
     }
 
     /// Gives the balls new squared radii.
@@ -53,21 +52,17 @@ impl Swapped {
     }
 }
 
-impl QueryTree {
-    fn new(queries: &[DVec3]) -> Self {
-        let (packets, order) = Packets::compact(queries);
+impl<'a> QueryTree<'a> {
+    fn new(queries: &'a [DVec3], origin: DVec3) -> Self {
+        let packets = Packets::compact(queries, origin);
         Self {
             levels: levels(packets.bounds.len(), |packet| packets.bounds[packet]),
             packets,
-            order,
         }
     }
 
     fn bytes(&self) -> usize {
-        bytes(&self.levels)
-            + size_of_val(&*self.packets.packets)
-            + size_of_val(&*self.packets.bounds)
-            + self.order.as_deref().map_or(0, size_of_val)
+        bytes(&self.levels) + self.packets.bytes()
     }
 }
 
@@ -92,7 +87,8 @@ impl BallIndex for Swapped {
         T: Copy + Default + Send + Sync,
         G: Fn(usize, &[u32], &mut T) + Sync,
     {
-        let tree = QueryTree::new(queries);
+        let origin = middle(self.balls.centers());
+        let tree = QueryTree::new(queries, origin);
         let answers = &mut answers.values[..self.balls.len()];
         let chunks = answers.par_chunks_mut(CHUNK).enumerate();
         let works = chunks.map_init(Vec::new, |hits, (chunk, out)| {
@@ -100,6 +96,7 @@ impl BallIndex for Swapped {
                 tree: &tree,
                 balls: &self.balls,
                 first: chunk * CHUNK,
+                origin,
                 out,
                 gather,
                 hits,
@@ -111,9 +108,10 @@ impl BallIndex for Swapped {
 
 /// Gathers at some balls.
 struct Ask<'a, T, G> {
-    tree: &'a QueryTree,
+    tree: &'a QueryTree<'a>,
     balls: &'a Balls,
     first: usize,
+    origin: DVec3,
     out: &'a mut [T],
     gather: &'a G,
     hits: &'a mut Vec<u32>,
@@ -128,10 +126,20 @@ where
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Work {
         let mut work = Work::default();
+        let packets = &self.tree.packets;
         let mut open = Vec::new();
+        let mut rough = Rough::of(&[], &[], self.origin);
         for (item, answer) in (self.first..).zip(self.out) {
-            let (center, radius_squared) =
-                (self.balls.centers[item], self.balls.radii_squared[item]);
+            let Balls {
+                centers,
+                radii_squared,
+            } = self.balls;
+            if item % WIDTH == 0 {
+                let sixteen = item..centers.len().min(item + WIDTH);
+                let radii_squared = &radii_squared[sixteen.clone()];
+                rough = Rough::of(&centers[sixteen], radii_squared, self.origin);
+            }
+            let (center, radius_squared) = (centers[item], radii_squared[item]);
             let (least, most) = ball_box(center, radius_squared);
             let bounds = Bounds::around(least, most);
             let top = self.tree.levels.len();
@@ -154,8 +162,12 @@ where
                     let packet = node * WIDTH + met.trailing_zeros() as usize;
                     met &= met - 1;
                     work.index_tests += WIDTH as u64;
-                    let packets = &self.tree.packets.packets;
-                    let bits = packets[packet].covered(center, radius_squared, lanes);
+                    let (surely, perhaps) = packets.covered(packet, (&rough, item), lanes);
+                    let bits = if surely == perhaps {
+                        surely
+                    } else {
+                        packets.covered_exactly(packet, (center, radius_squared))
+                    };
                     if self.hits.len() < count + WIDTH {
                         self.hits.resize(2 * (count + WIDTH), 0);
                     }
@@ -167,7 +179,7 @@ where
             }
             if count > 0 {
                 let hits = &mut self.hits[..count];
-                restore(self.tree.order.as_deref(), hits);
+                restore(packets.order.as_deref(), hits);
                 (self.gather)(item, hits, answer);
             }
         }

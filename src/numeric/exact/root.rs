@@ -304,8 +304,8 @@ fn between(f: impl Fn(f64) -> f64) -> Option<f64> {
     let mut last_side = 0;
     for _ in 0..FLOAT_STEPS {
         let middle = low.0 + (high.0 - low.0) * (low.1 / (low.1 - high.1));
-        let value = f(middle);
-        if value == 0.0 || high.0 - low.0 < f64::EPSILON {
+        let (value, width) = (f(middle), high.0 - low.0);
+        if value == 0.0 || width < f64::EPSILON {
             return Some(middle);
         }
         let side = if value > 0.0 { 1 } else { -1 };

@@ -45,10 +45,10 @@ const PIXEL_RUN: usize = 1 << 11;
 /// Most camera samples of a pass; their hit points take about 200 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
 
-/// Bytes of the wide tree for a hit point (centre, radius, number, place, box, and its share of the boxes above), and of a join for a
+/// Bytes of the wide tree for a hit point (centre and radius, these again in f32, number, place, box, and its share of the boxes above), and of a join for a
 /// photon.
-const TREE_BYTES: usize = 66;
-const JOIN_BYTES: usize = 26;
+const TREE_BYTES: usize = 86;
+const JOIN_BYTES: usize = 14;
 
 /// What is made of what a hit point gathered, given the square to divide by and the number of photons.
 type Reading = fn(&HitPoint, &Gathered, f64, f64) -> Rgb;

@@ -27,7 +27,7 @@ Writes DIR/index.html (one file, no network), DIR/claims.json, a CSV for every e
 Finished runs are kept in DIR and not run again. Exit codes: 0 fine, 1 a claim failed or stayed inconclusive at the effort that
 should decide it, 2 trouble.")]
 pub struct VerifyArgs {
-    /// How much work to spend: smoke takes at most 2 minutes on 2 cores, standard 30, full hours. Runs that measure time share the
+    /// How much work to spend: smoke takes at most 2 minutes on 2 cores, standard about 30, full hours. Runs that measure time share the
     /// machine only where that does not disturb their clock: never more than one a core, or none beside them.
     #[arg(long, value_enum, default_value = "smoke")]
     effort: Effort,

@@ -36,7 +36,7 @@ pub const EXPERIMENT: Experiment = Experiment {
              the normal exceeds it. `bernstein-checked` answers many more rays, in batches, next to Bezier clipping; only where the two \
              differ does the oracle decide (its errors are of those rays; a fault that both share would not be seen): 10⁷ random ones at standard \
              effort and 10⁹ at full, of every other family 10⁶ and 10⁷ over all profiles, as many for random profiles (a new one \
-             for every 200 rays; all families in turn), and as many by which camera paths leave the glass of the scenes. On random rays the default solver also runs without one ingredient at a time. Times are CPU time a ray, the median over chunks of rays; polycool (kurbo) and Bezier clipping \
+             for every 200 rays; all families that find one), and as many by which camera paths leave the glass of the scenes. On random rays the default solver also runs without one ingredient at a time. Times are CPU time a ray, the median over chunks of rays; polycool (kurbo) and Bezier clipping \
              (Nishita, Sederberg and Kakimoto 1990) stand for what one would use instead.",
     columns: &[
         "solver",

@@ -26,6 +26,10 @@ const RANDOM: [u64; 3] = [10_000, 5_000_000, 500_000_000];
 
 /// Rays of a random profile.
 const OF_A_PROFILE: u64 = 200;
+/// Random profiles tried for one that a family fits: twenty families find one nearly always, the others hardly or never.
+const TRIES: u64 = 16;
+/// Into so many parts the rays at random profiles are divided among the families.
+const PARTS: u64 = 19;
 /// Rays answered together.
 const CHUNK: u64 = 10_000;
 
@@ -75,18 +79,21 @@ pub(super) fn check(
     Ok(tally)
 }
 
-/// The same for random profiles, as many rays of each family, on profiles that it fits.
+/// The same for random profiles, as many rays of each family, on profiles that it fits, if such are found.
 pub(super) fn check_random(effort: Effort, seed: u64) -> anyhow::Result<Vec<(Family, Tally)>> {
     let families = Family::value_variants();
-    let count = effort.of(OF_A_FAMILY) / families.len() as u64;
+    let count = effort.of(OF_A_FAMILY).div_ceil(PARTS);
     let of_family = |&family: &Family| {
         let mut tally = Tally::new(checked());
         for first in (0..count).step_by(OF_A_PROFILE as usize) {
             let key = mix(&[seed, family as u64, first]);
-            let profile = random_profile(&mut Stream::new(key, Purpose::Experiment, FIRST));
-            let surface = Revolution::new(profile, Placement::identity());
-            let target = Target::new(&surface);
-            if target.fits(family).is_ok() {
+            let surface = |attempt| {
+                let stream = &mut Stream::new(key, Purpose::Experiment, FIRST + attempt);
+                Revolution::new(random_profile(stream), Placement::identity())
+            };
+            let fits = |surface: &Revolution| Target::new(surface).fits(family).is_ok();
+            if let Some(surface) = (0..TRIES).map(surface).find(fits) {
+                let target = Target::new(&surface);
                 let ray = |index| target.ray(family, &mut family.stream(seed, FIRST + index));
                 let indices = first..count.min(first + OF_A_PROFILE);
                 send(&mut tally, &surface, indices, &ray)?;
@@ -236,7 +243,12 @@ mod tests {
     #[test]
     fn random_profiles_and_scenes_give_rays_and_no_failures() {
         let mut all = check_random(Effort::Smoke, 3).expect("profiles");
-        assert!(all.len() >= 15, "{} families", all.len());
+        let rays: u64 = all.iter().map(|(_, tally)| tally.rays).sum();
+        assert!(
+            rays >= OF_A_FAMILY[0],
+            "{} families, {rays} rays",
+            all.len()
+        );
         for name in SCENES {
             let tallies = check_scene(name, Effort::Smoke, 3).expect("a scene");
             assert!(tallies.iter().all(|(_, tally)| tally.rays >= 600));

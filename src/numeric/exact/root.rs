@@ -68,6 +68,7 @@ pub struct Root {
     /// Sign of the equation at the lower end.
     pub(super) left: i32,
     pub(super) multiplicity: u32,
+    /// Bits by which the next guess is to narrow the interval; 0 before the first.
     pub(super) stride: u64,
 }
 
@@ -341,7 +342,25 @@ mod tests {
         assert!(excess(&low).is_negative() && excess(&high).is_positive());
     }
 
-    /// 2¹⁰⁰ (u − ½)³ − u is so flat that f64 sees nothing but rounding near its root: bisection must do.
+    /// As the branches of (10 u − 3)² = 1: .2 and .4.
+    #[test]
+    fn the_first_guess_narrows_a_root_of_a_branch_as_much() {
+        let whole = |coefficients: &[i32]| {
+            Polynomial::new(coefficients.iter().copied().map(BigInt::from).collect())
+        };
+        let pair = Branches::new(whole(&[-3, 10]), whole(&[1]), BigInt::one());
+        let mut roots = Rc::new(pair).roots().expect("two branches");
+        assert_eq!(roots.len(), 2);
+        for root in &mut roots {
+            let (before, branch) = (root.bits, root.branch());
+            root.refine();
+            assert_eq!(root.bits, before + FLOAT_BITS, "{branch:?}");
+            let expected = 0.3 + 0.1 * f64::from(branch.expect("a branch"));
+            assert!((root.to_f64() - expected).abs() < 1e-15);
+        }
+    }
+
+    /// 2¹⁰⁰ (2 u − 1)³ − u is so flat that f64 sees nothing but rounding near its root: bisection must do.
     #[test]
     fn a_root_that_f64_cannot_see_is_narrowed_all_the_same() {
         let one = BigInt::one() << 100;
@@ -350,7 +369,7 @@ mod tests {
         let mut roots = polynomial.roots();
         assert_eq!(roots.len(), 1);
         let value = roots[0].to_f64();
-        // (u − ½)³ = u/(8 · 2¹⁰⁰): u = ½ + 2⁻³⁴·⁶⁶…
+        // (2 u − 1)³ = 2⁻¹⁰⁰ u, with u = ½ up to 2⁻³⁴.
         let expected = 0.5 + 0.5 * libm::cbrt(0.5 * libm::exp2(-100.0));
         assert!((value - expected).abs() < 1e-15, "{value} {expected}");
     }

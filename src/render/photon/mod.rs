@@ -45,8 +45,8 @@ const PIXEL_RUN: usize = 1 << 11;
 /// Most camera samples of a pass; their hit points take about 200 bytes each.
 const MAX_SAMPLES: u64 = 1 << 26;
 
-/// Bytes of the wide tree for a hit point (centre and radius, these again in f32, number, place, box, and its share of the boxes above), and of a join for a
-/// photon.
+/// Bytes of the wide tree for a hit point (centre and radius, these again in f32, number, place, box, and its share of the boxes
+/// above), and of a join for a photon.
 const TREE_BYTES: usize = 86;
 const JOIN_BYTES: usize = 14;
 

@@ -3,7 +3,8 @@
 //! Every finite f64 is a whole number times a power of two, so what is computed from f64 by +, − and × is exact here. Roots are
 //! isolated by Descartes' rule in Bernstein form with bisection (Collins and Akritas 1976; Lane and Riesenfeld 1981), multiple
 //! roots are split off by Yun's square-free decomposition (1976), and isolating intervals are narrowed by quadratic interval
-//! refinement (Abbott 2006). Pairs of roots of w² = a s that a small a brings as near together as 10⁻³⁰⁰ are told apart by the
+//! refinement (Abbott 2006). All this is first tried in 128 bits with bounds of what they round away, which tell most roots, signs
+//! and values for certain; whole numbers of any length decide the rest. Pairs of roots of w² = a s that a small a brings as near together as 10⁻³⁰⁰ are told apart by the
 //! sign of w instead of by bisection ([`Branches`]). All answers are certain.
 //!
 //! A second route to the same counts, Sturm's theorem with Tarski's queries ([`Sturm`]), shares no root finding with the first;
@@ -11,10 +12,12 @@
 
 mod branches;
 mod dyadic;
+mod fixed;
 mod isolate;
 mod modular;
 mod polynomial;
 mod root;
+mod row;
 mod sturm;
 
 pub use branches::Branches;

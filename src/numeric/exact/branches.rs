@@ -4,9 +4,12 @@
 //! e₊ = w − √(a s) and one of e₋ = w + √(a s). On an interval where s > 0 and 4 s w′² > a s′² both are strictly monotone, so the
 //! signs at its ends tell whether each has its one root there, and every sign of e± is decided by the signs of w and of w² − a s.
 
+mod quick;
+
+use super::fixed::{FLOAT_ERROR, Fixed, Step, VALUE_ERROR, slope, to_f64};
 use super::isolate::{halves, leading_zeros, variations};
 use super::polynomial::Polynomial;
-use super::root::{Equation, Root, value};
+use super::root::{Equation, Factor, Root};
 use super::sign;
 use num_bigint::BigInt;
 use num_traits::{One, Signed, ToPrimitive, Zero};
@@ -18,13 +21,16 @@ const DEPTH: u64 = 96;
 /// Above this depth parts are told apart by simpler tests than the coefficients of a s − w².
 const VARIATIONS_FROM: u64 = 6;
 
+/// More than what products of three rounded f64 are off by.
+const ABOVE: f64 = 1.0 + 1e-12;
+
 /// The cubic w, the s of degree 6 and the whole number a > 0 of w² = a s.
 #[derive(Debug)]
 pub struct Branches {
-    middle: Polynomial,
-    square: Polynomial,
+    middle: Factor,
+    square: Factor,
     factor: BigInt,
-    difference: Rc<Polynomial>,
+    difference: Rc<Factor>,
 }
 
 /// w and s in Bernstein form on an interval, on common scale.
@@ -35,21 +41,6 @@ struct Part {
     bits: u64,
 }
 
-/// w and s in f64, and the factor of s, all on common scale.
-pub(super) struct Floats {
-    middle: Vec<f64>,
-    square: Vec<f64>,
-    scale: f64,
-}
-
-impl Floats {
-    /// w − σ √(a s), up to scale.
-    pub(super) fn value(&self, branch: i32, at: f64) -> f64 {
-        let square = (value(&self.square, at) * self.scale).max(0.0);
-        value(&self.middle, at) - f64::from(branch) * square.sqrt()
-    }
-}
-
 impl Branches {
     /// The equation w² = a s, for w of degree ≤ 3, s of degree ≤ 6 and a > 0.
     pub fn new(middle: Polynomial, square: Polynomial, factor: BigInt) -> Self {
@@ -58,51 +49,77 @@ impl Branches {
         let difference =
             (square.affine(&factor, &zero)).plus(&middle.squared().affine(&minus_one, &zero));
         Self {
-            middle,
-            square,
+            middle: Factor::new(middle),
+            square: Factor::new(square),
             factor,
-            difference: Rc::new(difference),
+            difference: Rc::new(Factor::new(difference)),
         }
     }
 
     /// w.
     pub fn middle(&self) -> &Polynomial {
-        &self.middle
+        &self.middle.whole
     }
 
     /// a s − w².
     pub fn polynomial(&self) -> &Polynomial {
-        &self.difference
+        &self.difference.whole
     }
 
-    /// w and a s in f64.
-    pub(super) fn to_floats(&self) -> Floats {
-        let (middle, middle_exponent) = self.middle.to_floats();
-        let (square, square_exponent) = self.square.to_floats();
+    /// a within some roundings, if w and s are told in units; far below 1 more than that.
+    fn scale(&self, middle: &Fixed, square: &Fixed) -> f64 {
         let shift = self.factor.bits().saturating_sub(64);
-        let factor = (&self.factor >> shift).to_f64().unwrap_or(0.0);
-        let exponent = square_exponent + shift as i64 - 2 * middle_exponent;
-        // Beyond these ends the one or the other is nothing.
-        let scale = libm::ldexp(factor, exponent.clamp(-1000, 800) as i32);
-        Floats {
-            middle,
-            square,
-            scale,
-        }
+        let factor = (&self.factor >> shift).to_f64().unwrap_or(f64::INFINITY);
+        let exponent = shift as i64 + square.exponent() - 2 * middle.exponent();
+        libm::ldexp(factor, exponent.clamp(-900, 1100) as i32)
+    }
+
+    /// w − σ √(a s) in units of w at a place, about; and √(a s) and its derivative.
+    fn excess(&self, branch: i32, place: u128) -> Option<[f64; 3]> {
+        let (middle, square) = (self.middle.fixed.as_ref()?, self.square.fixed.as_ref()?);
+        let scale = self.scale(middle, square);
+        let root = (scale * square.value(place) as f64).max(0.0).sqrt();
+        let climb = 0.5 * scale * slope(&square.to_floats(), to_f64(place)) / root;
+        let excess = middle.value(place) - (f64::from(branch) * root) as i128;
+        Some([excess as f64, root, climb])
+    }
+
+    /// w − σ √(a s) at a place, about and up to scale.
+    pub(super) fn value(&self, branch: i32, place: u128) -> Option<f64> {
+        Some(self.excess(branch, place)?[0])
+    }
+
+    /// The step of Newton's method from a place near a root of w = σ √(a s): by this, or by a s = w², whichever ends nearer.
+    pub(super) fn newton(&self, branch: i32, place: u128) -> Option<Step> {
+        let middle = self.middle.fixed.as_ref()?;
+        let by_square = self.difference.fixed.as_ref()?.newton(place);
+        let [excess, root, climb] = self.excess(branch, place)?;
+        let slope = slope(&middle.to_floats(), to_f64(place)) - f64::from(branch) * climb;
+        let change = -excess / slope;
+        let error = VALUE_ERROR as f64 + FLOAT_ERROR * root + middle.after(change);
+        let error = error / slope.abs();
+        let by_root = Step { change, error };
+        let nearer = by_root.error < by_square.error;
+        Some(if nearer { by_root } else { by_square })
     }
 
     /// The sign of w − σ √(a s) where s ≥ 0.
     pub(super) fn sign_at(&self, branch: i32, numerator: &BigInt, bits: u64) -> i32 {
-        let middle = sign(&self.middle.scaled_value(numerator, bits));
-        let difference = sign(&self.difference.scaled_value(numerator, bits));
+        let middle = self.middle.sign_at(numerator, bits);
+        let difference = self.difference.sign_at(numerator, bits);
         sign_of_branch(branch, middle, difference)
     }
 
     /// The roots in [0, 1] with their multiplicities, or `None` where some cannot be told apart by branches.
     pub fn roots(self: &Rc<Self>) -> Option<Vec<Root>> {
+        self.quick_roots().or_else(|| self.slow_roots())
+    }
+
+    /// By whole numbers alone.
+    fn slow_roots(self: &Rc<Self>) -> Option<Vec<Root>> {
         let whole = Part {
-            middle: self.middle.bernstein_of_degree(3),
-            square: self.square.bernstein_of_degree(6),
+            middle: self.middle.whole.bernstein_of_degree(3),
+            square: self.square.whole.bernstein_of_degree(6),
             numerator: BigInt::zero(),
             bits: 0,
         };
@@ -242,15 +259,8 @@ impl Branches {
 
     fn add_exact(&self, roots: &mut Vec<Root>, numerator: BigInt, bits: u64, zeros: u32) {
         if zeros > 0 {
-            roots.push(Root {
-                equation: Equation::Polynomial(Rc::clone(&self.difference)),
-                numerator,
-                bits,
-                exact: true,
-                left: 0,
-                multiplicity: zeros,
-                stride: 0,
-            });
+            let equation = Equation::Polynomial(Rc::clone(&self.difference));
+            roots.push(Root::exact(equation, numerator, bits, zeros));
         }
     }
 }

@@ -33,8 +33,11 @@ fn residues(polynomial: &Polynomial) -> Vec<u64> {
     polynomial.coefficients().iter().map(residue).collect()
 }
 
+/// The product of two residues: 2⁶¹ is one more than the prime, so what is above is added to what is below.
 fn multiply(a: u64, b: u64) -> u64 {
-    (u128::from(a) * u128::from(b) % u128::from(PRIME)) as u64
+    let product = u128::from(a) * u128::from(b);
+    let sum = (product as u64 & PRIME) + (product >> 61) as u64;
+    if sum >= PRIME { sum - PRIME } else { sum }
 }
 
 /// a^(p − 2), by Fermat's little theorem.

@@ -1,7 +1,7 @@
 //! Polynomials with whole coefficients: arithmetic, common divisors, square-free factors, Bernstein form.
 
 use num_bigint::BigInt;
-use num_traits::{One, Signed, ToPrimitive, Zero};
+use num_traits::{One, Signed, Zero};
 
 /// A polynomial with whole coefficients, lowest power first, without leading zeros: the zero polynomial has none.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,14 +109,6 @@ impl Polynomial {
             value = value * numerator + (c << (bits * i as u64));
         }
         value
-    }
-
-    /// The coefficients over 2^e, to within 2⁻⁵³ of the greatest, which is about 2⁶⁴, and e.
-    pub(super) fn to_floats(&self) -> (Vec<f64>, i64) {
-        let bits = self.coefficients.iter().map(BigInt::bits).max();
-        let shift = bits.unwrap_or(0).saturating_sub(64);
-        let float = |c: &BigInt| (c >> shift).to_f64().unwrap_or(0.0);
-        (self.coefficients.iter().map(float).collect(), shift as i64)
     }
 
     /// A bound of |derivative| on [0, 1].

@@ -2,28 +2,52 @@
 
 use super::branches::Branches;
 use super::dyadic::Dyadic;
+use super::fixed::{Fixed, PLACE_BITS, Step};
 use super::modular::certainly_coprime;
 use super::polynomial::Polynomial;
+use super::row::Isolated;
 use super::sign;
 use num_bigint::BigInt;
-use num_traits::{One, Signed, ToPrimitive, Zero};
+use num_traits::{One, Signed, Zero};
 use std::rc::Rc;
 
-/// Values taken at a root carry this many correct leading bits: eleven more than an f64 holds.
-const VALUE_BITS: u64 = 64;
+/// Values taken at a root carry this many correct leading bits: nineteen more than an f64 holds.
+const VALUE_BITS: u64 = 72;
 /// A value still undecided on an interval this narrow (2⁻ⁿ) is tested for being exactly zero, once.
-const ZERO_TEST_BITS: u64 = 160;
+const ZERO_TEST_BITS: u64 = 128;
 
-/// An f64 guess of a root is right to about this many bits of the interval where the equation is not too flat.
-const FLOAT_BITS: u64 = 40;
+/// Bits that a guess in 128 bits is told to less than it seems to be right to, so that it mostly is.
+const SPARE_BITS: i32 = 2;
+/// A guess of fewer bits is none.
+const LEAST_STRIDE: i32 = 8;
 /// Steps towards such a guess; a few suffice but where the equation is very crooked.
 const FLOAT_STEPS: u32 = 40;
+
+/// A polynomial, and the same in 128 bits.
+#[derive(Debug)]
+pub(super) struct Factor {
+    pub(super) whole: Polynomial,
+    pub(super) fixed: Option<Fixed>,
+}
+
+impl Factor {
+    pub(super) fn new(whole: Polynomial) -> Self {
+        let fixed = Fixed::new(&whole);
+        Self { whole, fixed }
+    }
+
+    /// The sign at `numerator` / 2^`bits`.
+    pub(super) fn sign_at(&self, numerator: &BigInt, bits: u64) -> i32 {
+        let quick = || (self.fixed.as_ref()?).sign_at(Fixed::place(numerator, bits)?);
+        quick().unwrap_or_else(|| sign(&self.whole.scaled_value(numerator, bits)))
+    }
+}
 
 /// What is zero at a root.
 #[derive(Clone, Debug)]
 pub(super) enum Equation {
     /// A polynomial with one simple root in the interval.
-    Polynomial(Rc<Polynomial>),
+    Polynomial(Rc<Factor>),
     /// The branch w = σ √(a s), σ = ±1, strictly monotone in the interval.
     Branch(Rc<Branches>, i32),
 }
@@ -32,7 +56,7 @@ impl Equation {
     /// The sign at `numerator` / 2^`bits`.
     pub(super) fn sign_at(&self, numerator: &BigInt, bits: u64) -> i32 {
         match self {
-            Self::Polynomial(factor) => sign(&factor.scaled_value(numerator, bits)),
+            Self::Polynomial(factor) => factor.sign_at(numerator, bits),
             Self::Branch(pair, branch) => pair.sign_at(*branch, numerator, bits),
         }
     }
@@ -40,8 +64,24 @@ impl Equation {
     /// The polynomial that is zero at the root.
     fn polynomial(&self) -> &Polynomial {
         match self {
-            Self::Polynomial(factor) => factor,
+            Self::Polynomial(factor) => &factor.whole,
             Self::Branch(pair, _) => pair.polynomial(),
+        }
+    }
+
+    /// The value at a place, about and up to scale.
+    fn value(&self, place: u128) -> Option<f64> {
+        match self {
+            Self::Polynomial(factor) => Some(factor.fixed.as_ref()?.value(place) as f64),
+            Self::Branch(pair, branch) => pair.value(*branch, place),
+        }
+    }
+
+    /// The step of Newton's method from a place near the root.
+    fn newton(&self, place: u128) -> Option<Step> {
+        match self {
+            Self::Polynomial(factor) => Some(factor.fixed.as_ref()?.newton(place)),
+            Self::Branch(pair, branch) => pair.newton(*branch, place),
         }
     }
 
@@ -73,6 +113,32 @@ pub struct Root {
 }
 
 impl Root {
+    /// The root `numerator` / 2^`bits`.
+    pub(super) fn exact(equation: Equation, numerator: BigInt, bits: u64, zeros: u32) -> Self {
+        Self {
+            equation,
+            numerator,
+            bits,
+            exact: true,
+            left: 0,
+            multiplicity: zeros,
+            stride: 0,
+        }
+    }
+
+    /// A simple root.
+    pub(super) fn isolated(equation: Equation, root: &Isolated) -> Self {
+        Self {
+            equation,
+            numerator: root.numerator.into(),
+            bits: root.bits.into(),
+            exact: false,
+            left: root.left,
+            multiplicity: 1,
+            stride: 0,
+        }
+    }
+
     /// How many roots coincide here.
     pub fn multiplicity(&self) -> u32 {
         self.multiplicity
@@ -101,7 +167,7 @@ impl Root {
         ]
     }
 
-    /// The root, within 2⁻⁶⁴.
+    /// The root, within 2⁻⁷².
     pub fn to_f64(&mut self) -> f64 {
         while !self.exact && self.bits < VALUE_BITS {
             self.refine();
@@ -115,7 +181,7 @@ impl Root {
             .map_or(0, |value| sign(&value.mantissa))
     }
 
-    /// The value of `polynomial` at the root: zero exactly where it is zero, else within a factor 1 ± 2⁻⁶⁴.
+    /// The value of `polynomial` at the root: zero exactly where it is zero, else within a factor 1 ± 2⁻⁷².
     pub fn value_of(&mut self, polynomial: &Polynomial) -> Dyadic {
         self.value_to(polynomial, VALUE_BITS)
             .unwrap_or_else(|| Dyadic::new(BigInt::zero(), 0))
@@ -123,10 +189,23 @@ impl Root {
 
     /// The value within a factor 1 ± 2^−`accuracy`, or `None` where it is zero.
     fn value_to(&mut self, polynomial: &Polynomial, accuracy: u64) -> Option<Dyadic> {
+        let fixed = Fixed::new(polynomial);
         let degree = polynomial.degree() as u64;
         let slope = polynomial.slope();
         let mut tested = false;
         loop {
+            if !self.exact && self.bits < VALUE_BITS {
+                self.refine();
+                continue;
+            }
+            let quick = |fixed: &Fixed| {
+                let place = Fixed::place(&self.numerator, self.bits)?;
+                fixed.value_near(place, self.bits, accuracy)
+            };
+            if let Some((value, exponent)) = fixed.as_ref().filter(|_| !self.exact).and_then(quick)
+            {
+                return Some(Dyadic::new(value.into(), exponent));
+            }
             let value = polynomial.scaled_value(&self.numerator, self.bits);
             let found = if self.exact || slope.is_zero() {
                 !value.is_zero()
@@ -190,12 +269,12 @@ impl Root {
         value.is_zero()
     }
 
-    /// Narrows the interval by 2^`stride` where a guess names the right part of it, and then squares the stride; halves it
-    /// otherwise. The first guess is made in f64, the others by secants.
+    /// Narrows the interval by 2^`stride` where a guess names the right part of it, and then doubles the stride; halves it
+    /// otherwise. The first guess is made in 128 bits, the others by secants.
     fn refine(&mut self) {
-        let in_floats = (self.stride == 0).then(|| self.guess()).flatten();
-        let (stride, place) = match in_floats {
-            Some(place) => (FLOAT_BITS, place),
+        let first = (self.stride == 0).then(|| self.guess()).flatten();
+        let (stride, place) = match first {
+            Some(guess) => guess,
             None => {
                 self.stride = self.stride.max(1);
                 (self.stride, self.secant())
@@ -259,24 +338,30 @@ impl Root {
         }
     }
 
-    /// Where in the interval the root lies, in f64 and in parts of 2^−[`FLOAT_BITS`], or `None` where rounding hides it.
-    fn guess(&self) -> Option<BigInt> {
+    /// How many bits more of the root can be guessed at once, and in parts of 2^−(so many) of the interval where it lies.
+    fn guess(&self) -> Option<(u64, BigInt)> {
         let bits = i32::try_from(self.bits).ok()?;
-        let width = libm::ldexp(1.0, -bits);
-        let low = self.numerator.to_f64()? * width;
+        let low = Fixed::place(&self.numerator, self.bits)?;
+        let near = low + self.share(low)?;
+        let step = self.equation.newton(near)?;
+        let known = -libm::log2(step.error).ceil() as i32 - SPARE_BITS;
+        let stride = known.min(PLACE_BITS as i32) - bits;
+        if !(step.error > 0.0 && stride >= LEAST_STRIDE) {
+            return None;
+        }
+        let change = libm::ldexp(step.change, PLACE_BITS as i32);
+        let above = (near - low).checked_add_signed(change as i128)?;
+        let unit = PLACE_BITS as i32 - bits - stride;
+        Some((stride as u64, BigInt::from(above >> unit)))
+    }
+
+    /// How far up from the lower end the root lies, about.
+    fn share(&self, low: u128) -> Option<u128> {
+        let width = libm::ldexp(1.0, (PLACE_BITS - self.bits) as i32);
+        let above = |share: f64| (share * width) as u128;
         let side = f64::from(self.left);
-        let share = match &self.equation {
-            Equation::Polynomial(factor) => {
-                let (c, _) = factor.to_floats();
-                between(|share| side * value(&c, low + share * width))
-            }
-            Equation::Branch(pair, branch) => {
-                let pair = pair.to_floats();
-                between(|share| side * pair.value(*branch, low + share * width))
-            }
-        }?;
-        let parts = libm::ldexp(share, FLOAT_BITS as i32);
-        Some(BigInt::from(parts.round() as u64))
+        let value = |share| Some(side * self.equation.value(low + above(share))?);
+        between(|share| value(share).unwrap_or(f64::NAN)).map(above)
     }
 
     /// The secant's root in parts of 2^−`stride` of the interval.
@@ -288,11 +373,6 @@ impl Root {
         }
         (low << self.stride) / total
     }
-}
-
-/// The value of a polynomial in f64, lowest power first.
-pub(super) fn value(coefficients: &[f64], at: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, c| sum * at + c)
 }
 
 /// The zero in (0, 1) of a function that falls from positive to negative, by the Illinois method (Dowell and Jarratt 1971); `None`
@@ -329,14 +409,14 @@ mod tests {
 
     /// 100 u³ + 3 u − 1 has the one root .1745…
     #[test]
-    fn the_first_guess_narrows_a_root_by_forty_bits() {
+    fn the_first_guess_narrows_a_root_by_ninety_bits() {
         let coefficients = [-1, 3, 0, 100].map(BigInt::from).to_vec();
         let polynomial = Polynomial::new(coefficients);
         let mut roots = polynomial.roots();
         assert_eq!(roots.len(), 1);
         let before = roots[0].bits;
         roots[0].refine();
-        assert_eq!(roots[0].bits, before + FLOAT_BITS);
+        assert!(roots[0].bits >= before + 90, "{}", roots[0].bits);
         let [low, high] = roots[0].interval();
         let excess = |end: &Dyadic| polynomial.scaled_value(&end.mantissa, -end.exponent as u64);
         assert!(excess(&low).is_negative() && excess(&high).is_positive());
@@ -354,23 +434,23 @@ mod tests {
         for root in &mut roots {
             let (before, branch) = (root.bits, root.branch());
             root.refine();
-            assert_eq!(root.bits, before + FLOAT_BITS, "{branch:?}");
+            assert!(root.bits >= before + 90, "{branch:?} {}", root.bits);
             let expected = 0.3 + 0.1 * f64::from(branch.expect("a branch"));
             assert!((root.to_f64() - expected).abs() < 1e-15);
         }
     }
 
-    /// 2¹⁰⁰ (2 u − 1)³ − u is so flat that f64 sees nothing but rounding near its root: bisection must do.
+    /// 2²⁰⁰ (2 u − 1)³ − u is so flat that 128 bits see nothing but rounding near its root: bisection must do.
     #[test]
-    fn a_root_that_f64_cannot_see_is_narrowed_all_the_same() {
-        let one = BigInt::one() << 100;
+    fn a_root_that_128_bits_cannot_see_is_narrowed_all_the_same() {
+        let one = BigInt::one() << 200;
         let [cube, square, line] = [8, -12, 6].map(|c| &one * c);
         let polynomial = Polynomial::new(vec![-&one, line - 1, square, cube]);
         let mut roots = polynomial.roots();
         assert_eq!(roots.len(), 1);
         let value = roots[0].to_f64();
-        // (2 u − 1)³ = 2⁻¹⁰⁰ u, with u = ½ up to 2⁻³⁴.
-        let expected = 0.5 + 0.5 * libm::cbrt(0.5 * libm::exp2(-100.0));
+        // (2 u − 1)³ = 2⁻²⁰⁰ u, with u = ½ up to 2⁻⁶⁷.
+        let expected = 0.5 + 0.5 * libm::cbrt(0.5 * libm::exp2(-200.0));
         assert!((value - expected).abs() < 1e-15, "{value} {expected}");
     }
 

@@ -243,6 +243,10 @@ impl Tally {
         }
     }
 
+    fn failures(&self) -> u64 {
+        self.miss + self.phantom + self.wrong
+    }
+
     /// The contestant's answers, timed.
     fn time(&mut self, surface: &Revolution, rays: &[Ray]) -> Vec<Option<f64>> {
         let clock = ThreadClock::start();

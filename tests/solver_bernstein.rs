@@ -337,6 +337,88 @@ fn a_step_after_one_out_of_all_bounds_is_no_convergence() {
     assert!((ours[0].t - truth[0].t).abs() < 1e-15 && (ours[0].u - truth[0].u).abs() < 1e-15);
 }
 
+/// Found by the experiment `solvers`, one of 43 million hard rays: both the origin and the disc lie at heights that are rounded, and
+/// a ray that climbs little is moved aside by a thousand times as much, here past the rim, where r(u) turns.
+#[test]
+fn a_nearly_level_ray_meets_the_folded_rim_of_a_disc() {
+    let disc = Piece {
+        radius: [
+            1.404725291825042,
+            2.3723119730140225,
+            -1.0,
+            1.066028589592651e-12,
+        ],
+        height: [0.0; 4],
+    };
+    let wall = Piece {
+        radius: [1.066028589592651e-12, -0.75, 0.0, 2.9023432742886106],
+        height: [0.0, 2.1588214770056324, 0.0, 1.1288541730501338],
+    };
+    let profile = Profile::new(vec![disc, wall]).expect("a profile");
+    let shape = Revolution::new(profile, Placement::identity());
+    let ray = Ray::new(
+        DVec3::new(
+            0.5027797158770699,
+            -0.0010823453061142973,
+            2.0200194879492552,
+        ),
+        DVec3::new(
+            -2.084014534172495,
+            0.0010823453061142973,
+            -2.0200194879492552,
+        ),
+    );
+    assert_eq!(
+        shape
+            .crossings(&ray, &Solver::Exact, &mut Work::default())
+            .len(),
+        2
+    );
+    let found = shape.nearest(&ray, &Solver::Bernstein, &mut Work::default());
+    assert_eq!(
+        found.map(|crossing| (crossing.t, crossing.piece)),
+        Some((1.0, 0))
+    );
+}
+
+/// Rays aimed to within some ulps at the rim of a disc that is folded at u = ½, climbing by 10⁻⁶ to 10⁻³.
+#[test]
+fn nearly_level_rays_at_rims_of_folded_discs_agree_with_the_oracle() {
+    let (mut hits, count) = (0, 600);
+    for index in 0..count {
+        let mut s = Stream::new(84, Purpose::Test, index);
+        let (a, b, base, up) = (
+            s.range(0.3, 2.0),
+            s.range(0.3, 3.0),
+            s.range(-1.0, 1.0),
+            s.range(0.1, 3.0),
+        );
+        let disc = Piece {
+            radius: [a, b, b, a],
+            height: [base; 4],
+        };
+        let wall = Piece {
+            radius: [a, 0.2, 0.3, 1.0],
+            height: [base, base + up, base + 0.4 * up, base + up],
+        };
+        let profile = Profile::new(vec![disc, wall]).expect("a profile");
+        let shape = Revolution::new(profile, Placement::identity());
+        let rim = 0.25 * (a + 3.0 * b) * (1.0 + f64::EPSILON * s.range(-400.0, 400.0));
+        let (turn, to) = (s.range(0.0, 6.3), s.range(0.0, 6.3));
+        let at = DVec3::new(rim * libm::cos(turn), base, rim * libm::sin(turn));
+        let climb = [-1.0, 1.0][index as usize % 2] * libm::exp10(s.range(-6.0, -3.0));
+        let direction = s.range(0.1, 3.0) * DVec3::new(libm::cos(to), climb, libm::sin(to));
+        let ray = Ray::new(at - direction, direction);
+        let (found, expected) = (all(&shape, &ray), truth(&shape, &ray));
+        hits += u64::from(!expected.is_empty());
+        assert!(
+            same(&shape, &ray, &found, &expected),
+            "{index} {found:?} {expected:?}"
+        );
+    }
+    assert!((count / 3..count).contains(&hits), "{hits}");
+}
+
 fn config(cases: u32) -> Config {
     Config {
         cases,

@@ -4,7 +4,7 @@ use super::roster::checked;
 use super::{SCENES, Tally, asked};
 use crate::geometry::bounds::Cylinder;
 use crate::geometry::hit::Crossing;
-use crate::geometry::profile::Piece;
+use crate::geometry::profile::{Piece, Profile};
 use crate::geometry::ray::Ray;
 use crate::geometry::revolution::clipping::ClippingSettings;
 use crate::geometry::revolution::{Placement, Revolution, Solver, exact};
@@ -159,11 +159,22 @@ fn send(
             } else {
                 let near = |piece| hulls[piece as usize].interval(ray).is_some();
                 let truths = exact::crossings_among(surface.profile(), ray, near);
+                let before = tally.failures();
                 tally.judge(&asked(surface, ray, &truths), answer);
+                if before == 0 && tally.failures() > 0 {
+                    tell(surface.profile(), ray, answer, &truths);
+                }
             }
         }
     }
     Ok(())
+}
+
+/// Tells the first failure of a kind, for whoever is to look into it.
+fn tell(profile: &Profile, ray: &Ray, answer: Option<f64>, truths: &[Crossing]) {
+    eprintln!(
+        "solvers: t = {answer:?} is wrong: the crossings are {truths:?}\n  {ray:?}\n  {profile:?}"
+    );
 }
 
 /// A cylinder well around a piece: a ray that misses it cannot meet the piece, and spares the oracle the question.
@@ -195,7 +206,6 @@ fn agree(surface: &Revolution, ray: &Ray, answer: Option<f64>, other: Option<Cro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::profile::Profile;
     use glam::DVec3;
 
     #[test]
@@ -255,7 +265,7 @@ mod tests {
             all.extend(tallies);
         }
         for (family, tally) in all {
-            let failures = tally.miss + tally.phantom + tally.wrong;
+            let failures = tally.failures();
             assert_eq!(failures, 0, "{}", family.name());
             assert!(tally.true_hits <= tally.rays);
         }
@@ -294,7 +304,7 @@ mod tests {
                 found.is_some()
             });
             assert_eq!(tally.true_hits, hits.count() as u64);
-            assert_eq!(tally.miss + tally.phantom + tally.wrong, 0);
+            assert_eq!(tally.failures(), 0);
         }
     }
 }

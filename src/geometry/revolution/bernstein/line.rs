@@ -368,13 +368,26 @@ impl Line {
         let [r, _] = self.size;
         let scale = reach + 4.0 * near.abs() * across.sqrt();
         let error = f64::EPSILON * (32.0 * (r * r + distance * distance) + 16.0 * distance * scale);
-        Some((t, distance, error + 1e-290))
+        // Both heights were centred, with a rounding each: that moves t, the more the less the ray climbs.
+        let noise = self.height_noise();
+        let early = lesser(noise / d.y.abs(), BEYOND * (noise / (height - o.y).abs()));
+        let aside = across.sqrt() * early;
+        Some((
+            t,
+            distance,
+            error + aside * (2.0 * distance + aside) + 1e-290,
+        ))
+    }
+
+    /// More than the roundings of a height above the origin.
+    #[inline(always)]
+    fn height_noise(&self) -> f64 {
+        4.0 * f64::EPSILON * (self.aim.reach + 1.0)
     }
 
     #[inline(always)]
     pub(super) fn flat_root(&self, u: f64, t: f64, height: f64) -> Root {
-        let reach = self.aim.reach;
-        let tolerance = 4.0 * f64::EPSILON * ((reach + 1.0) / self.aim.d.y.abs() + t.abs());
+        let tolerance = self.height_noise() / self.aim.d.y.abs() + 4.0 * f64::EPSILON * t.abs();
         Root {
             u,
             t,

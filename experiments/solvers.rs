@@ -58,7 +58,7 @@ pub const EXPERIMENT: Experiment = Experiment {
         "bound_ulps",
     ],
     timing: Timing::OwnThread,
-    cpu_seconds: [9.0, 780.0, 9000.0],
+    cpu_seconds: [9.0, 480.0, 7000.0],
     plan,
     execute,
     conclude: conclusion::conclude,

@@ -12,6 +12,8 @@ mod cases;
 mod catalogue;
 #[path = "solver/compare.rs"]
 mod compare;
+#[path = "solver/margins.rs"]
+mod margins;
 #[path = "solver/more_cases.rs"]
 mod more_cases;
 

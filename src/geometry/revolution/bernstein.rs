@@ -165,7 +165,7 @@ impl Prepared {
                 PreparedPiece::new(index, piece.is_flat(), &centred)
             })
             .collect();
-        link(&mut pieces);
+        link(&mut pieces, profile);
         let cylinder = Cylinder {
             radius: pieces
                 .iter()
@@ -357,11 +357,14 @@ impl PreparedPiece {
 }
 
 /// Joins each piece with those that start where it ends. What meets another end on the axis is no tip: the two may share a crossing.
-fn link(pieces: &mut [PreparedPiece]) {
+fn link(pieces: &mut [PreparedPiece], profile: &Profile) {
     for from in 0..pieces.len() {
         let to = (from + 1) % pieces.len();
         let (a, b) = (&pieces[from], &pieces[to]);
-        let (end, start) = (&a.curve, &b.curve);
+        let (end, start) = (
+            &profile.pieces()[a.index as usize],
+            &profile.pieces()[b.index as usize],
+        );
         let meet = end.radius[3] == start.radius[0] && end.height[3] == start.height[0];
         // Consecutive in the profile too: a piece on the axis, which is not here, may lie between them.
         if meet && (a.index + 1 == b.index || to == 0) {

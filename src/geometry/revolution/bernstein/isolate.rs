@@ -17,6 +17,8 @@ pub(super) struct Bracket {
     pub(super) bends: [f64; 2],
     /// Whether it ends in the middle of a cap, where the root has a twin beyond the end.
     pub(super) tip: bool,
+    /// The end of the piece, 0 or 1, at which the root is that of a joint: it may truly lie on the neighbour.
+    pub(super) joint: Option<usize>,
 }
 
 impl Bracket {
@@ -74,6 +76,7 @@ impl Brackets {
             sides: [0.0; 2],
             bends: [0.0; 2],
             tip: false,
+            joint: None,
         };
         Self {
             list: [none; CAPACITY],
@@ -188,6 +191,7 @@ fn bracket(c: impl Fn(usize) -> f64, place: u32, low: f64, high: f64) -> Bracket
         sides: [c(i), c(i + 1)],
         bends: [bend(i.max(1)), bend((i + 1).min(5))],
         tip: false,
+        joint: None,
     }
 }
 

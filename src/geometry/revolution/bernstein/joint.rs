@@ -132,6 +132,7 @@ pub(super) fn isolate_at_joint(
                 ],
                 bends: [0.0; 2],
                 tip,
+                joint: (!tip).then_some(side),
             })?;
         }
         range[side] = cut;

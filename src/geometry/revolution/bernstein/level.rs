@@ -60,8 +60,10 @@ pub(super) fn solve(
     let [size, height] = line.size;
     let distance_squared = line.aim.axis_distance_squared();
     let distance = distance_squared.sqrt();
-    let error =
-        f64::EPSILON * (16.0 * (size * size + distance_squared) + 16.0 * distance * line.aim.reach);
+    // The distance itself is off by some roundings of the reach.
+    let rounding = 8.0 * f64::EPSILON * line.aim.reach;
+    let error = 16.0 * f64::EPSILON * (size * size + distance_squared)
+        + rounding * (2.0 * distance + rounding);
     if size * size - distance_squared < -error {
         return Ok(());
     }

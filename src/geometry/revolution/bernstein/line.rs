@@ -147,8 +147,8 @@ impl Aim {
         let root = Root {
             u: clamped(u + du, 0.0, 1.0),
             t: t + dt,
-            // At a tangency the error of t is the root of a rounding.
-            tolerance: lesser(1e-7 * scale, sure * determinant.abs()),
+            // Along a wall this may be of any size, and no double root be near. A NaN is no bound.
+            tolerance: lesser(f64::INFINITY, sure * determinant.abs()),
             height: h,
         };
         (root, change)
@@ -249,7 +249,8 @@ impl Line {
         let [r, h] = [prepared.radius, prepared.height];
         // |q| is at most this on the profile. Each coefficient is a sum of four terms of fewer than 14 roundings each, of size
         // D r² + |q|² in all; q₀ itself is off by at most three roundings of |o| |d|, |d| < 4.
-        let most = q[0].abs() + q[1].abs() + h * (d.x.abs() + d.z.abs());
+        let rounding = 8.0 * f64::EPSILON * aim.reach;
+        let most = q[0].abs() + q[1].abs() + h * (d.x.abs() + d.z.abs()) + rounding;
         let error = 32.0 * f64::EPSILON * (along * (r * r) + most * (most + aim.reach)) + 1e-290;
         let slack = 64.0 * f64::EPSILON * (aim.reach + 1.0);
         let (stretch, beside) = prepared.stretch(&aim, range);
@@ -415,12 +416,17 @@ impl Prepared {
         // The root of a rounding, where the ray touches the wall; and the rounding of `middle`.
         let touch = MARGIN * (across * (radius * (radius + reach)));
         let shift = MARGIN * (reach + 1.0) * ((d.x.abs() + d.z.abs()) * inverse);
-        let half = (greater(0.0, square) + touch).sqrt() * inverse + shift;
+        // Below, the squares underflow.
+        let tame = across * (radius * radius) > 1e-290;
+        let half = if tame {
+            (greater(0.0, square) + touch).sqrt() * inverse + shift
+        } else {
+            f64::INFINITY
+        };
         let middle = -(o.x * d.x + o.z * d.z) * inverse;
         // A ray parallel to the axis makes NaN or infinities here, which change nothing.
         let (low, high) = (greater(low, middle - half), lesser(high, middle + half));
-        // Below, the squares underflow.
-        let beside = (square < 0.0) & (across > 1e-250);
+        let beside = (square < 0.0) & tame;
         ([low, high], beside | (low > high))
     }
 }

@@ -200,6 +200,7 @@ impl Queue {
             sides: [self.sides[0][lane], self.sides[1][lane]],
             bends: [self.bends[0][lane], self.bends[1][lane]],
             tip: false,
+            joint: None,
         }
     }
 

@@ -52,6 +52,7 @@ impl Kernel for Nearest<'_> {
             line.brackets(lanes, prepared, Wanted::Nearest, &mut |place, bracket| {
                 let piece = &prepared.pieces[place];
                 let root = line.root(piece, bracket, work);
+                let root = line.beside(&prepared.pieces, piece, bracket, root)?;
                 Ok(add(piece, root)?.then(|| line.after(root.height)))
             })?;
         }
@@ -96,7 +97,8 @@ impl Kernel for All<'_> {
         } else {
             line.brackets(lanes, prepared, Wanted::All, &mut |place, bracket| {
                 let piece = &prepared.pieces[place];
-                add(piece, line.root(piece, bracket, work))?;
+                let root = line.root(piece, bracket, work);
+                add(piece, line.beside(&prepared.pieces, piece, bracket, root)?)?;
                 Ok(None)
             })?;
         }
@@ -235,6 +237,30 @@ impl Line {
         refine_more(&piece.curve, &self.aim, bracket, &refined, steps)
     }
 
+    /// A root at a joint may truly lie on the neighbour, whose tolerance then counts too; where that is not small, neither piece's t
+    /// stands for the other's.
+    #[inline(always)]
+    fn beside(
+        &self,
+        pieces: &[PreparedPiece],
+        piece: &PreparedPiece,
+        bracket: &Bracket,
+        mut root: Root,
+    ) -> Result<Root, Undecided> {
+        if let Some(side) = bracket.joint {
+            let next = &pieces[piece.neighbours[side].ok_or(Undecided)?].curve;
+            let (there, _) = self.aim.newton(next, [1.0, 0.0][side], root.t);
+            root.tolerance += there.tolerance + (there.t - root.t).abs();
+            let small = 1e-13 * (self.aim.reach + 4.0 * root.t.abs() + 1.0);
+            // A NaN is not small.
+            let holds = root.tolerance <= small;
+            if !holds {
+                return Err(Undecided);
+            }
+        }
+        Ok(root)
+    }
+
     #[cold]
     #[inline(never)]
     fn isolate_doubtful(
@@ -277,7 +303,14 @@ impl Line {
             let c = self.coefficients(piece);
             let brackets = match look(Portable, &c, [0.0, 1.0], self.error) {
                 Sight::None => continue,
-                Sight::Doubtful => self.isolate_doubtful(&c, &prepared.pieces, piece)?,
+                Sight::Doubtful => {
+                    // The neighbour is solved by other arithmetic, which need not take what this piece gives away.
+                    let doubtful = [c[0].abs() <= self.error, c[6].abs() <= self.error];
+                    if (0..2).any(|side| doubtful[side] && piece.neighbours[side].is_some()) {
+                        return Err(Undecided);
+                    }
+                    self.isolate_doubtful(&c, &prepared.pieces, piece)?
+                }
                 _ => isolate(Portable, &c, [0.0, 1.0], self.error)?,
             };
             for bracket in brackets.as_slice() {
@@ -286,7 +319,7 @@ impl Line {
                 } else {
                     find(&piece.curve, &self.aim, bracket, steps)
                 };
-                found(piece, root)?;
+                found(piece, self.beside(&prepared.pieces, piece, bracket, root)?)?;
             }
         }
         Ok(())

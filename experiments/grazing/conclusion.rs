@@ -242,7 +242,7 @@ fn price(table: &Table, subject: &Named) -> [Claim; 3] {
         "At most 4 % of the rays tilted by 1e-4 or more from tangency go to exact arithmetic.";
     let always = "At least 98 % of the rays within 1e-9 of tangency go to exact arithmetic: f64 cannot decide them.";
     let dear =
-        "A ray that goes to exact arithmetic costs 30 to 3000 times as much as one that does not.";
+        "A ray that goes to exact arithmetic costs 10 to 1000 times as much as one that does not.";
     [
         share(
             "steep rays need no exact arithmetic",
@@ -256,7 +256,7 @@ fn price(table: &Table, subject: &Named) -> [Claim; 3] {
             decades,
             decades_interval,
             1,
-            (1.5, 3.5),
+            (1.0, 3.0),
         ),
     ]
 }

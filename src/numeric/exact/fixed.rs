@@ -2,7 +2,7 @@
 //!
 //! Coefficients are rounded to whole multiples of one power of two, and every operation after that bounds what it rounds away. What
 //! is nearer to zero than its bound is not told, and the caller asks the whole numbers; an interval in which the signs of
-//! coefficients are not certain is halved further, which is always allowed. Ten times as fast as whole numbers of any length.
+//! coefficients are not certain is halved further, which is always allowed.
 
 use super::polynomial::Polynomial;
 use super::row::Row;

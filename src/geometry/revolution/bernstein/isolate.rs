@@ -15,10 +15,17 @@ pub(super) struct Bracket {
     pub(super) sides: [f64; 2],
     /// Second differences there.
     pub(super) bends: [f64; 2],
-    /// Whether it ends in the middle of a cap, where the root has a twin beyond the end.
-    pub(super) tip: bool,
-    /// The end of the piece, 0 or 1, at which the root is that of a joint: it may truly lie on the neighbour.
-    pub(super) joint: Option<usize>,
+    pub(super) site: Site,
+}
+
+/// Where on its piece a bracket lies.
+#[derive(Clone, Copy)]
+pub(super) enum Site {
+    Inside,
+    /// It ends in the middle of a cap, where the root has a twin beyond the end.
+    Tip,
+    /// It ends at a joint, at this end of the piece (0 or 1): the root may truly lie on the neighbour.
+    Joint(usize),
 }
 
 impl Bracket {
@@ -75,8 +82,7 @@ impl Brackets {
             place: 0.0,
             sides: [0.0; 2],
             bends: [0.0; 2],
-            tip: false,
-            joint: None,
+            site: Site::Inside,
         };
         Self {
             list: [none; CAPACITY],
@@ -190,8 +196,7 @@ fn bracket(c: impl Fn(usize) -> f64, place: u32, low: f64, high: f64) -> Bracket
         place: f64::from(place),
         sides: [c(i), c(i + 1)],
         bends: [bend(i.max(1)), bend((i + 1).min(5))],
-        tip: false,
-        joint: None,
+        site: Site::Inside,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Roots within rounding of a joint of two pieces.
 //!
-//! Such a root belongs to one of the two, and either answer is as good. Both pieces compute the value at the joint from the same
+//! Such a root belongs to one of the two, and where both tell t as well, either answer is as good. Both pieces compute the value at the joint from the same
 //! numbers, so its computed sign, right or wrong, gives the root to exactly one of them, provided that f runs through the joint:
 //! that it is monotone on both sides, in the same direction, up to a value of certain sign. Where it turns back near the joint, or
 //! where the profile ends, the sign matters, and only exact arithmetic knows it.
@@ -9,7 +9,7 @@
 //! f′ = 2 D r r′ − 2 (q·d) h′ is 0 too. If f is certainly convex up to a value of certain sign, it has one root before that if the
 //! value is positive, and none if it is negative.
 
-use super::isolate::{Bracket, Brackets, isolate_more};
+use super::isolate::{Bracket, Brackets, Site, isolate_more};
 use super::line::{Line, clamped};
 use super::refine::search;
 use super::{Cubics, Padded, Root, Undecided};
@@ -95,16 +95,16 @@ pub(super) fn isolate_at_joint(
         if own[0].abs() > error {
             continue;
         }
-        let (here, tip) = match beyond(side) {
+        let (here, site) = match beyond(side) {
             Beyond::Piece([other @ .., _]) => {
                 let here = End::new(&own, error).ok_or(Undecided)?;
                 let there = End::new(&turn(other, side == 0), error).ok_or(Undecided)?;
                 if here.positive == there.positive {
                     return Err(Undecided);
                 }
-                (here, false)
+                (here, Site::Joint(side))
             }
-            Beyond::Axis => (End::at_tip(&own, error).ok_or(Undecided)?, true),
+            Beyond::Axis => (End::at_tip(&own, error).ok_or(Undecided)?, Site::Tip),
             Beyond::Nothing => return Err(Undecided),
         };
         let [low, high] = range;
@@ -116,7 +116,7 @@ pub(super) fn isolate_at_joint(
         };
         let part = if side == 0 { [low, cut] } else { [cut, high] };
         // Zero counts as positive, on both sides of the joint, but not in the middle of a cap.
-        let starts_positive = !tip && own[0] >= 0.0;
+        let starts_positive = matches!(site, Site::Joint(_)) && own[0] >= 0.0;
         if starts_positive != here.positive {
             found.push(Bracket {
                 low: part[0],
@@ -131,8 +131,7 @@ pub(super) fn isolate_at_joint(
                     },
                 ],
                 bends: [0.0; 2],
-                tip,
-                joint: (!tip).then_some(side),
+                site,
             })?;
         }
         range[side] = cut;

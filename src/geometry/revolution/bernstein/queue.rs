@@ -1,7 +1,7 @@
 //! Brackets that wait to be refined, and the rays that want them.
 
 use super::batch::{BLOCK, LANES, Vector};
-use super::isolate::Bracket;
+use super::isolate::{Bracket, Site};
 use super::line::{Aim, Times};
 use super::refine::{Refined, STEPS, refine, refine_more};
 use super::{Cubics, PreparedPiece, Root};
@@ -199,8 +199,7 @@ impl Queue {
             place: self.place[lane],
             sides: [self.sides[0][lane], self.sides[1][lane]],
             bends: [self.bends[0][lane], self.bends[1][lane]],
-            tip: false,
-            joint: None,
+            site: Site::Inside,
         }
     }
 

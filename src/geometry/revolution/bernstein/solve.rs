@@ -1,7 +1,7 @@
 //! One ray against all pieces.
 
 use super::isolate::{
-    ALL, Bracket, Brackets, Sight, changes_once, isolate, isolate_each, look, sight,
+    ALL, Bracket, Brackets, Sight, Site, changes_once, isolate, isolate_each, look, sight,
 };
 use super::joint::{Beyond, isolate_at_joint};
 use super::line::Line;
@@ -51,8 +51,7 @@ impl Kernel for Nearest<'_> {
         } else {
             line.brackets(lanes, prepared, Wanted::Nearest, &mut |place, bracket| {
                 let piece = &prepared.pieces[place];
-                let root = line.root(piece, bracket, work);
-                let root = line.beside(&prepared.pieces, piece, bracket, root)?;
+                let root = line.root(&prepared.pieces, piece, bracket, work)?;
                 Ok(add(piece, root)?.then(|| line.after(root.height)))
             })?;
         }
@@ -97,8 +96,7 @@ impl Kernel for All<'_> {
         } else {
             line.brackets(lanes, prepared, Wanted::All, &mut |place, bracket| {
                 let piece = &prepared.pieces[place];
-                let root = line.root(piece, bracket, work);
-                add(piece, line.beside(&prepared.pieces, piece, bracket, root)?)?;
+                add(piece, line.root(&prepared.pieces, piece, bracket, work)?)?;
                 Ok(None)
             })?;
         }
@@ -224,41 +222,47 @@ impl Line {
 
     /// The root in a bracket, for a ray that is not nearly level.
     #[inline(always)]
-    fn root(&self, piece: &PreparedPiece, bracket: &Bracket, work: &mut Work) -> Root {
-        if bracket.tip {
-            return self.tip_root(&piece.curve, bracket, &mut work.solver_iterations);
-        }
-        work.solver_iterations += STEPS;
-        let refined = refine(&piece.curve, &self.aim, bracket);
-        if refined.sure {
-            return refined.root;
-        }
-        let steps = &mut work.solver_iterations;
-        refine_more(&piece.curve, &self.aim, bracket, &refined, steps)
-    }
-
-    /// A root at a joint may truly lie on the neighbour, whose tolerance then counts too; where that is not small, neither piece's t
-    /// stands for the other's.
-    #[inline(always)]
-    fn beside(
+    fn root(
         &self,
         pieces: &[PreparedPiece],
         piece: &PreparedPiece,
         bracket: &Bracket,
+        work: &mut Work,
+    ) -> Result<Root, Undecided> {
+        let steps = &mut work.solver_iterations;
+        if let Site::Tip = bracket.site {
+            return Ok(self.tip_root(&piece.curve, bracket, steps));
+        }
+        *steps += STEPS;
+        let refined = refine(&piece.curve, &self.aim, bracket);
+        let root = if refined.sure {
+            refined.root
+        } else {
+            refine_more(&piece.curve, &self.aim, bracket, &refined, steps)
+        };
+        match bracket.site {
+            Site::Joint(side) => self.at_joint(pieces, piece, side, root),
+            _ => Ok(root),
+        }
+    }
+
+    /// A root at a joint may truly lie on the neighbour, whose tolerance then counts too; where that is not small, neither piece's t
+    /// stands for the other's.
+    #[cold]
+    #[inline(never)]
+    fn at_joint(
+        &self,
+        pieces: &[PreparedPiece],
+        piece: &PreparedPiece,
+        side: usize,
         mut root: Root,
     ) -> Result<Root, Undecided> {
-        if let Some(side) = bracket.joint {
-            let next = &pieces[piece.neighbours[side].ok_or(Undecided)?].curve;
-            let (there, _) = self.aim.newton(next, [1.0, 0.0][side], root.t);
-            root.tolerance += there.tolerance + (there.t - root.t).abs();
-            let small = 1e-13 * (self.aim.reach + 4.0 * root.t.abs() + 1.0);
-            // A NaN is not small.
-            let holds = root.tolerance <= small;
-            if !holds {
-                return Err(Undecided);
-            }
-        }
-        Ok(root)
+        let next = &pieces[piece.neighbours[side].ok_or(Undecided)?].curve;
+        let (there, _) = self.aim.newton(next, [1.0, 0.0][side], root.t);
+        root.tolerance += there.tolerance + (there.t - root.t).abs();
+        // A NaN is not small.
+        let small = root.tolerance <= 1e-13 * (self.aim.reach + 4.0 * root.t.abs() + 1.0);
+        small.then_some(root).ok_or(Undecided)
     }
 
     #[cold]
@@ -303,23 +307,23 @@ impl Line {
             let c = self.coefficients(piece);
             let brackets = match look(Portable, &c, [0.0, 1.0], self.error) {
                 Sight::None => continue,
-                Sight::Doubtful => {
-                    // The neighbour is solved by other arithmetic, which need not take what this piece gives away.
-                    let doubtful = [c[0].abs() <= self.error, c[6].abs() <= self.error];
-                    if (0..2).any(|side| doubtful[side] && piece.neighbours[side].is_some()) {
-                        return Err(Undecided);
+                // A neighbour is solved by other arithmetic, which need not take what this piece would give away: it is none here.
+                Sight::Doubtful => isolate_at_joint(&c, self.error, |side| {
+                    let alone = piece.neighbours[side].is_none();
+                    if alone && piece.tips[side] {
+                        Beyond::Axis
+                    } else {
+                        Beyond::Nothing
                     }
-                    self.isolate_doubtful(&c, &prepared.pieces, piece)?
-                }
+                })?,
                 _ => isolate(Portable, &c, [0.0, 1.0], self.error)?,
             };
             for bracket in brackets.as_slice() {
-                let root = if bracket.tip {
-                    self.tip_root(&piece.curve, bracket, steps)
-                } else {
-                    find(&piece.curve, &self.aim, bracket, steps)
+                let root = match bracket.site {
+                    Site::Tip => self.tip_root(&piece.curve, bracket, steps),
+                    _ => find(&piece.curve, &self.aim, bracket, steps),
                 };
-                found(piece, self.beside(&prepared.pieces, piece, bracket, root)?)?;
+                found(piece, root)?;
             }
         }
         Ok(())

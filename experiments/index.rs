@@ -140,7 +140,8 @@ fn count(index: &impl BallIndex, queries: &[DVec3], work: &mut Work) -> Vec<u32>
 
 impl Match {
     fn new(balls: Balls, photons: Vec<DVec3>) -> anyhow::Result<Self> {
-        let sorted = workload::along_curve(&photons);
+        let mut sorted = Vec::new();
+        workload::along_curve(&photons, &mut sorted);
         let tree = KdTree::new(&balls, Split::Widest);
         let mut reference = count(&tree, &photons, &mut Work::default());
         let sample: Vec<usize> = (0..balls.len())
@@ -178,7 +179,8 @@ impl Match {
             row.extend(values(numbers));
             row
         };
-        let sort = || timed(|| workload::along_curve(&self.photons)).1;
+        let mut spare = self.sorted.clone();
+        let mut sort = || timed(|| workload::along_curve(&self.photons, &mut spare)).1;
         let mut sorting = sort();
         let mut bests: Vec<Best> = self.players.iter().map(|player| self.ask(player)).collect();
         for _ in 1..rounds {

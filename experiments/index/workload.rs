@@ -97,10 +97,11 @@ pub(super) fn photons(count: usize, seed: u64) -> Vec<DVec3> {
         .collect()
 }
 
-/// The queries along the curve.
-pub(super) fn along_curve(queries: &[DVec3]) -> Vec<DVec3> {
+/// Puts the queries along the curve, into memory that may have been used before.
+pub(super) fn along_curve(queries: &[DVec3], sorted: &mut Vec<DVec3>) {
     let order = curve::order(queries);
-    order.iter().map(|&query| queries[query as usize]).collect()
+    sorted.clear();
+    sorted.extend(order.iter().map(|&query| queries[query as usize]));
 }
 
 /// The nearest point of ball, hourglass and walls from inside the unit box.

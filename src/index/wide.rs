@@ -164,8 +164,8 @@ impl BallIndex for WideTree {
         }
     }
 
-    /// About 2 ns a result where a query has 20 and queries come along a curve ([`order`](crate::index::curve::order), about 2 ns a result more); if they
-    /// do not, they are sorted here and every list is sorted back: about 15. Memory: 14 bytes a query, and the answers.
+    /// About 2 ns a result where a query has 20 and queries come along a curve ([`order`](crate::index::curve::order), 1.6 ns a result
+    /// more); if they do not, they are sorted here and every list is sorted back: about 15. Memory: 14 bytes a query, and the answers.
     fn join_onto<T, G>(
         &self,
         answers: &mut Answers<'_, T>,

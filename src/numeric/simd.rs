@@ -6,6 +6,13 @@
 
 use std::fmt;
 
+#[cfg(target_arch = "x86_64")]
+#[expect(
+    unsafe_code,
+    reason = "the only way to call code for instructions that not every processor has"
+)]
+mod x86;
+
 /// Code that [`Vectors::run`] compiles for every instruction set.
 pub trait Kernel {
     /// What it computes.
@@ -23,6 +30,14 @@ pub trait Lanes: Copy {
     /// Bit i says whether `values[i] <= bound`.
     fn at_most(self, values: &[f32; 16], bound: f32) -> u32;
 
+    /// The same; and writes `first + i` for every bit i that is set, in order, to the front of `out`, whose rest is left in any state.
+    fn places_at_most(self, values: &[f32; 16], bound: f32, first: u32, out: &mut [u32; 16])
+    -> u32;
+
+    /// Writes `first + i` for every bit i of the sixteen that is set, in order, to the front of `out`; the rest of `out` is left in
+    /// any state.
+    fn places(self, bits: u32, first: u32, out: &mut [u32; 16]);
+
     /// Bit i says whether `low[k][i] <= most[k]` and `high[k][i] >= least[k]` on all three axes k: whether box i of sixteen and the
     /// box from `least` to `most` have a point in common. A box of NaN has none.
     fn overlaps(
@@ -32,10 +47,6 @@ pub trait Lanes: Copy {
         least: [f32; 3],
         most: [f32; 3],
     ) -> u32;
-
-    /// Writes `first + i` for every bit i of the sixteen that is set, in order, to the front of `out`; the rest of `out` is left in
-    /// any state.
-    fn places(self, bits: u32, first: u32, out: &mut [u32; 16]);
 }
 
 /// Any processor.
@@ -71,6 +82,19 @@ impl Lanes for Portable {
             let axes = (0..3).map(|k| (low[k][i] <= most[k]) & (high[k][i] >= least[k]));
             mask | u32::from(axes.fold(true, |all, one| all & one)) << i
         })
+    }
+
+    #[inline(always)]
+    fn places_at_most(
+        self,
+        values: &[f32; 16],
+        bound: f32,
+        first: u32,
+        out: &mut [u32; 16],
+    ) -> u32 {
+        let bits = self.at_most(values, bound);
+        self.places(bits, first, out);
+        bits
     }
 
     #[inline(always)]
@@ -161,169 +185,6 @@ fn has_avx512() -> bool {
         && is_x86_feature_detected!("avx512bw")
         && is_x86_feature_detected!("avx512dq")
         && is_x86_feature_detected!("avx512vl")
-}
-
-/// Instructions of x86-64 processors. Values of [`Avx2`](x86::Avx2) and [`Avx512`](x86::Avx512) exist only inside code that runs
-/// after the processor was asked for these features, so their methods may use them.
-#[cfg(target_arch = "x86_64")]
-#[expect(
-    unsafe_code,
-    reason = "the only way to call code for instructions that not every processor has"
-)]
-mod x86 {
-    use super::{Kernel, Lanes};
-    use std::arch::x86_64::{
-        _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_and_ps, _mm256_cmp_pd,
-        _mm256_cmp_ps, _mm256_loadu_pd, _mm256_loadu_ps, _mm256_movemask_pd, _mm256_movemask_ps,
-        _mm256_set1_pd, _mm256_set1_ps, _mm512_add_epi32, _mm512_cmp_pd_mask, _mm512_cmp_ps_mask,
-        _mm512_loadu_pd, _mm512_loadu_ps, _mm512_mask_cmp_ps_mask, _mm512_maskz_compress_epi32,
-        _mm512_set1_epi32, _mm512_set1_pd, _mm512_set1_ps, _mm512_setr_epi32, _mm512_storeu_si512,
-    };
-
-    /// Proof of the features of [`avx2`].
-    #[derive(Clone, Copy)]
-    pub(super) struct Avx2(());
-
-    /// Proof of the features of [`avx512`].
-    #[derive(Clone, Copy)]
-    pub(super) struct Avx512(());
-
-    /// To be called only for [`super::Set::Avx2`], which [`super::Vectors::all`] alone makes, where the processor has the features.
-    #[inline]
-    pub(super) fn avx2<K: Kernel>(kernel: K) -> K::Output {
-        #[inline(never)]
-        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-        fn run<K: Kernel>(kernel: K) -> K::Output {
-            kernel.run(Avx2(()))
-        }
-        // SAFETY: see above.
-        unsafe { run(kernel) }
-    }
-
-    /// To be called only for [`super::Set::Avx512`], which [`super::Vectors::all`] alone makes, where the processor has the features.
-    #[inline]
-    pub(super) fn avx512<K: Kernel>(kernel: K) -> K::Output {
-        #[inline(never)]
-        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,bmi1,bmi2,lzcnt,popcnt")]
-        fn run<K: Kernel>(kernel: K) -> K::Output {
-            kernel.run(Avx512(()))
-        }
-        // SAFETY: see above.
-        unsafe { run(kernel) }
-    }
-
-    impl Lanes for Avx2 {
-        #[inline(always)]
-        fn beyond(self, values: &[f64; 8], bound: f64) -> (u32, u32) {
-            // SAFETY: `self` proves the features; both loads are inside `values`.
-            unsafe {
-                let low = _mm256_loadu_pd(values.as_ptr());
-                let high = _mm256_loadu_pd(values.as_ptr().add(4));
-                let (most, least) = (_mm256_set1_pd(bound), _mm256_set1_pd(-bound));
-                let above = |v| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(v, most)) as u32;
-                let below = |v| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(v, least)) as u32;
-                (above(low) | above(high) << 4, below(low) | below(high) << 4)
-            }
-        }
-
-        #[inline(always)]
-        fn at_most(self, values: &[f32; 16], bound: f32) -> u32 {
-            // SAFETY: `self` proves the features; both loads are inside `values`.
-            unsafe {
-                let most = _mm256_set1_ps(bound);
-                let half = |at: usize| {
-                    let v = _mm256_loadu_ps(values.as_ptr().add(at));
-                    _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(v, most)) as u32
-                };
-                half(0) | half(8) << 8
-            }
-        }
-
-        #[inline(always)]
-        fn overlaps(
-            self,
-            low: &[[f32; 16]; 3],
-            high: &[[f32; 16]; 3],
-            least: [f32; 3],
-            most: [f32; 3],
-        ) -> u32 {
-            // SAFETY: `self` proves the features; all loads are inside `low` and `high`.
-            unsafe {
-                let half = |at: usize| {
-                    let axis = |k: usize| {
-                        let low = _mm256_loadu_ps(low[k].as_ptr().add(at));
-                        let high = _mm256_loadu_ps(high[k].as_ptr().add(at));
-                        _mm256_and_ps(
-                            _mm256_cmp_ps::<_CMP_LE_OQ>(low, _mm256_set1_ps(most[k])),
-                            _mm256_cmp_ps::<_CMP_GE_OQ>(high, _mm256_set1_ps(least[k])),
-                        )
-                    };
-                    let all = _mm256_and_ps(_mm256_and_ps(axis(0), axis(1)), axis(2));
-                    _mm256_movemask_ps(all) as u32
-                };
-                half(0) | half(8) << 8
-            }
-        }
-
-        #[inline(always)]
-        fn places(self, bits: u32, first: u32, out: &mut [u32; 16]) {
-            super::Portable.places(bits, first, out);
-        }
-    }
-
-    impl Lanes for Avx512 {
-        #[inline(always)]
-        fn beyond(self, values: &[f64; 8], bound: f64) -> (u32, u32) {
-            // SAFETY: `self` proves the features; the load is inside `values`.
-            unsafe {
-                let v = _mm512_loadu_pd(values.as_ptr());
-                let above = _mm512_cmp_pd_mask::<_CMP_GT_OQ>(v, _mm512_set1_pd(bound));
-                let below = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(v, _mm512_set1_pd(-bound));
-                (u32::from(above), u32::from(below))
-            }
-        }
-
-        #[inline(always)]
-        fn at_most(self, values: &[f32; 16], bound: f32) -> u32 {
-            // SAFETY: `self` proves the features; the load is inside `values`.
-            unsafe {
-                let v = _mm512_loadu_ps(values.as_ptr());
-                u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(v, _mm512_set1_ps(bound)))
-            }
-        }
-
-        #[inline(always)]
-        fn overlaps(
-            self,
-            low: &[[f32; 16]; 3],
-            high: &[[f32; 16]; 3],
-            least: [f32; 3],
-            most: [f32; 3],
-        ) -> u32 {
-            // SAFETY: `self` proves the features; all loads are inside `low` and `high`.
-            unsafe {
-                let axis = |so_far, k: usize| {
-                    let low = _mm512_loadu_ps(low[k].as_ptr());
-                    let high = _mm512_loadu_ps(high[k].as_ptr());
-                    let (least, most) = (_mm512_set1_ps(least[k]), _mm512_set1_ps(most[k]));
-                    let below = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(so_far, low, most);
-                    _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(below, high, least)
-                };
-                u32::from(axis(axis(axis(u16::MAX, 0), 1), 2))
-            }
-        }
-
-        #[inline(always)]
-        fn places(self, bits: u32, first: u32, out: &mut [u32; 16]) {
-            // SAFETY: `self` proves the features; the store fills `out`.
-            unsafe {
-                let steps = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-                let all = _mm512_add_epi32(steps, _mm512_set1_epi32(first as i32));
-                let kept = _mm512_maskz_compress_epi32(bits as u16, all);
-                _mm512_storeu_si512(out.as_mut_ptr().cast(), kept);
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -417,14 +278,14 @@ mod tests {
         }
     }
 
-    struct Places<'a>(u32, u32, &'a mut [u32; 16]);
+    struct PlacesAtMost<'a>([f32; 16], f32, &'a mut [u32; 16]);
 
-    impl Kernel for Places<'_> {
-        type Output = ();
+    impl Kernel for PlacesAtMost<'_> {
+        type Output = u32;
 
         #[inline(always)]
-        fn run<L: Lanes>(self, lanes: L) {
-            lanes.places(self.0, self.1, self.2);
+        fn run<L: Lanes>(self, lanes: L) -> u32 {
+            lanes.places_at_most(&self.0, self.1, 160, self.2)
         }
     }
 
@@ -432,9 +293,14 @@ mod tests {
     fn places_are_those_of_the_bits_in_order() {
         for vectors in Vectors::all() {
             for bits in [0, 1, 0x8000, 0b1010_0110, 0xffff, 0x7ffe] {
+                let is_set = |i: &u32| bits >> i & 1 == 1;
+                let values = std::array::from_fn(|i| match is_set(&(i as u32)) {
+                    true => 1.0,
+                    false => [1.0_f32.next_up(), f32::NAN][i % 2],
+                });
                 let mut out = [0; 16];
-                vectors.run(Places(bits, 160, &mut out));
-                let expected: Vec<u32> = (0..16).filter(|i| bits >> i & 1 == 1).collect();
+                assert_eq!(vectors.run(PlacesAtMost(values, 1.0, &mut out)), bits);
+                let expected: Vec<u32> = (0..16).filter(is_set).collect();
                 let found = out[..expected.len()].iter().map(|place| place - 160);
                 assert_eq!(found.collect::<Vec<_>>(), expected, "{vectors}");
             }

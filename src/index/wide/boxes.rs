@@ -160,33 +160,44 @@ impl<'a> Packets<'a> {
         }
     }
 
-    /// Bit k of the first mask says that ball `i` of `rough` covers query k of a packet, that of the second that it may.
+    /// Writes the places of the queries of a packet that a ball, `i` of `rough`, covers to the front of `out`, and returns how many.
     #[inline(always)]
     pub(super) fn covered<L: Lanes>(
         &self,
         packet: usize,
         (rough, i): (&Rough, usize),
+        exact: impl Fn() -> (DVec3, f64),
+        out: &mut [u32; WIDTH],
         lanes: L,
-    ) -> (u32, u32) {
-        rough.covered(i, &self.packets[packet], lanes)
+    ) -> usize {
+        let first = (packet * WIDTH) as u32;
+        match rough.covered(i, &self.packets[packet], first, out, lanes) {
+            Some(count) => count,
+            None => self.covered_exactly(packet, exact(), out),
+        }
     }
 
-    /// Bit k says whether the ball covers query k of a packet: the predicate of all indices, for those in doubt.
+    /// The same by the predicate of all indices.
     #[cold]
     #[inline(never)]
-    pub(super) fn covered_exactly(
+    fn covered_exactly(
         &self,
         packet: usize,
         (center, radius_squared): (DVec3, f64),
-    ) -> u32 {
-        let places = packet * WIDTH..self.queries.len().min((packet + 1) * WIDTH);
-        places.enumerate().fold(0, |bits, (k, place)| {
+        out: &mut [u32; WIDTH],
+    ) -> usize {
+        let mut count = 0;
+        for place in packet * WIDTH..self.queries.len().min((packet + 1) * WIDTH) {
             let query = match &self.order {
                 None => place,
                 Some(order) => order[place] as usize,
             };
-            bits | u32::from(covers(center, radius_squared, self.queries[query])) << k
-        })
+            if covers(center, radius_squared, self.queries[query]) {
+                out[count] = place as u32;
+                count += 1;
+            }
+        }
+        count
     }
 
     /// Bytes that they hold.

@@ -16,8 +16,6 @@ pub(super) struct Scratch {
     met: Vec<[u32; WIDTH]>,
     /// Packets, by their place in the leaf's list, and balls whose boxes meet: place × 16 + ball.
     pairs: Vec<u32>,
-    /// Queries of each pair that the ball covers, and above these those that it may cover.
-    covered: Vec<u32>,
     hits: Vec<u32>,
 }
 
@@ -48,8 +46,7 @@ where
         while first < self.out.len() {
             let (next, pairs) = self.list(first, lanes);
             work.index_tests += (pairs * WIDTH) as u64;
-            self.test(pairs, lanes);
-            let ends = self.collect(pairs, lanes);
+            let ends = self.test(pairs, lanes);
             self.hand_over(first..next, &ends);
             first = next;
         }
@@ -102,55 +99,31 @@ where
         (ball, count)
     }
 
-    /// Finds the queries that belong to the first pairs.
+    /// Writes the places of the queries that the balls of the first pairs cover, one after the other. Returns where those of each
+    /// ball end.
     #[inline(always)]
-    fn test<L: Lanes>(&mut self, pairs: usize, lanes: L) {
+    fn test<L: Lanes>(&mut self, pairs: usize, lanes: L) -> [usize; WIDTH] {
         let Join { tree, queries, .. } = self.join;
         let rough = &tree.rough[self.node];
-        let scratch = &mut *self.scratch;
-        grow(&mut scratch.covered, pairs);
-        let covered = &mut scratch.covered[..pairs];
-        let pairs = &scratch.pairs[..pairs];
-        let mut doubts = 0;
-        for (&pair, covered) in pairs.iter().zip(&mut *covered) {
-            let packet = self.packets[pair as usize / WIDTH] as usize;
-            let (surely, perhaps) = queries.covered(packet, (rough, pair as usize), lanes);
-            *covered = surely | perhaps << 16;
-            doubts |= surely ^ perhaps;
-        }
-        if doubts == 0 {
-            return;
-        }
-        for (&pair, covered) in pairs.iter().zip(covered) {
-            if *covered & 0xffff != *covered >> 16 {
-                let packet = self.packets[pair as usize / WIDTH] as usize;
-                let place = self.node * WIDTH + pair as usize % WIDTH;
-                let ball = (tree.centers[place], tree.radii_squared[place]);
-                *covered = queries.covered_exactly(packet, ball);
-            }
-        }
-    }
-
-    /// Writes the places of the queries covered, one after the other. Returns where those of each ball end.
-    #[inline(always)]
-    fn collect<L: Lanes>(&mut self, pairs: usize, lanes: L) -> [usize; WIDTH] {
         let Scratch {
-            pairs: all,
-            covered,
-            hits,
-            ..
+            pairs: all, hits, ..
         } = &mut *self.scratch;
         grow(hits, (pairs + 1) * WIDTH);
+        let hits = &mut hits[..];
+        let hits = &mut hits[..];
         let mut ends = [0; WIDTH];
         let mut count = 0;
-        for (&pair, &covered) in all[..pairs].iter().zip(&covered[..pairs]) {
-            let bits = covered & 0xffff;
-            let packet = self.packets[pair as usize / WIDTH];
+        for &pair in &all[..pairs] {
+            let ball = pair as usize % WIDTH;
+            let packet = self.packets[pair as usize / WIDTH] as usize;
+            let exact = || {
+                let place = self.node * WIDTH + ball;
+                (tree.centers[place], tree.radii_squared[place])
+            };
             if let Some(out) = hits[count..].first_chunk_mut() {
-                lanes.places(bits, packet * WIDTH as u32, out);
+                count += queries.covered(packet, (rough, ball), exact, out, lanes);
             }
-            count += bits.count_ones() as usize;
-            ends[pair as usize % WIDTH] = count;
+            ends[ball] = count;
         }
         ends
     }

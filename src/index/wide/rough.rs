@@ -53,10 +53,17 @@ impl Rough {
         rough
     }
 
-    /// Bit k of the first mask says that ball `i` covers query k of a packet from the same origin, that of the second that it may.
+    /// Writes the places of the queries of a packet from the same origin that ball `i` covers, which count from `first`, to the
+    /// front of `out`, and returns how many; or nothing, where f32 leaves a doubt.
     #[inline(always)]
-    pub(super) fn covered<L: Lanes>(&self, i: usize, packet: &Packet, lanes: L) -> (u32, u32) {
-        let [x, y, z] = &packet.0;
+    pub(super) fn covered<L: Lanes>(
+        &self,
+        i: usize,
+        Packet([x, y, z]): &Packet,
+        first: u32,
+        out: &mut [u32; WIDTH],
+        lanes: L,
+    ) -> Option<usize> {
         let i = i % WIDTH;
         let mut squares = [0.0; WIDTH];
         for k in 0..WIDTH {
@@ -65,9 +72,8 @@ impl Rough {
             let z = z[k] - self.center[2][i];
             squares[k] = x * x + y * y + z * z;
         }
-        (
-            lanes.at_most(&squares, self.inside[i]),
-            lanes.at_most(&squares, self.outside[i]),
-        )
+        let surely = lanes.places_at_most(&squares, self.inside[i], first, out);
+        let perhaps = lanes.at_most(&squares, self.outside[i]);
+        (surely == perhaps).then_some(surely.count_ones() as usize)
     }
 }

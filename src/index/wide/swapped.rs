@@ -162,19 +162,13 @@ where
                     let packet = node * WIDTH + met.trailing_zeros() as usize;
                     met &= met - 1;
                     work.index_tests += WIDTH as u64;
-                    let (surely, perhaps) = packets.covered(packet, (&rough, item), lanes);
-                    let bits = if surely == perhaps {
-                        surely
-                    } else {
-                        packets.covered_exactly(packet, (center, radius_squared))
-                    };
                     if self.hits.len() < count + WIDTH {
                         self.hits.resize(2 * (count + WIDTH), 0);
                     }
                     if let Some(out) = self.hits[count..].first_chunk_mut() {
-                        lanes.places(bits, (packet * WIDTH) as u32, out);
+                        let exact = || (center, radius_squared);
+                        count += packets.covered(packet, (&rough, item), exact, out, lanes);
                     }
-                    count += bits.count_ones() as usize;
                 }
             }
             if count > 0 {

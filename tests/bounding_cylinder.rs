@@ -13,6 +13,7 @@ use photolathe::geometry::bounds::{Bounding, Cylinder, Volume};
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver, exact};
+use photolathe::geometry::specimens::line;
 use photolathe::lab::families::Family;
 use photolathe::numeric::work::Work;
 
@@ -406,4 +407,45 @@ fn rays_from_afar_through_a_rim_are_culled_by_no_volume() {
         }
     }
     assert!(met > 500, "{met}");
+}
+
+/// An extremum whose parameter rounds to the end of its piece dips below the end's height: by less than any rounding, but a level ray
+/// may pass there.
+#[test]
+fn a_level_ray_through_an_extremum_next_to_an_end_is_not_culled() {
+    let piece = Piece {
+        radius: [1.0; 4],
+        height: [1.0, 1.0, -1e-17, 0.0],
+    };
+    let profile = Profile::new(vec![piece]).expect("a piece is a profile");
+    let ray = Ray::new(DVec3::new(3.0, -5e-35, 0.0), DVec3::NEG_X);
+    assert_eq!(exact::crossings(&profile, &ray).len(), 4);
+    assert!(ours(&profile, &ray).is_some());
+    for solver in [Solver::Bernstein, Solver::Exact] {
+        let crossing = in_place(&profile).nearest(&ray, &solver, &mut Work::default());
+        assert_eq!(crossing.map(|c| c.t), Some(2.0));
+    }
+}
+
+/// Horizontal speeds below the normal numbers have a direction all the same.
+#[test]
+fn an_almost_upright_ray_is_culled_by_no_rounding_of_its_direction() {
+    let can = [[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]];
+    let pieces = can.windows(2).map(|ends| line(ends[0], ends[1]));
+    let can = Profile::new(pieces.collect()).expect("the pieces join");
+    for speed in [5e-324, 1.5e-323, 1e-310, 1e-290] {
+        for z in [-speed, 0.0, speed] {
+            let ray = Ray::new(DVec3::new(0.6, -5.0, -0.6), DVec3::new(speed, 1.0, z));
+            for kind in Bounding::ALL {
+                let bounded = in_place(&can).bounded_by(kind);
+                let crossing = bounded.nearest(&ray, &Solver::Exact, &mut Work::default());
+                assert_eq!(crossing.map(|c| c.t), Some(4.0), "{kind:?} {ray:?}");
+            }
+        }
+    }
+    let leaving = DVec3::new(1e-307, 1.0, 1e-307);
+    assert_eq!(
+        ours(&can, &Ray::new(DVec3::new(1.1, -5.0, 0.6), leaving)),
+        None
+    );
 }

@@ -16,6 +16,8 @@ mod compare;
 mod margins;
 #[path = "solver/more_cases.rs"]
 mod more_cases;
+#[path = "solver/order.rs"]
+mod order;
 
 use aim::{all_rays, rays};
 use clap::ValueEnum as _;

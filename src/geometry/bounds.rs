@@ -35,7 +35,15 @@ pub struct Cylinder {
 pub fn cubic_range(c: &[f64; 4]) -> (f64, f64) {
     let size = c.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let slack = 8.0 * f64::EPSILON * size + f64::from_bits(8);
-    let ends = (c[0].min(c[3]), c[0].max(c[3]));
+    let mut ends = (c[0].min(c[3]), c[0].max(c[3]));
+    // An extremum so near to an end that its parameter rounds to it is not among those below.
+    let inner = (c[1].min(c[2]), c[1].max(c[2]));
+    if inner.0 < ends.0 {
+        ends.0 -= slack;
+    }
+    if inner.1 > ends.1 {
+        ends.1 += slack;
+    }
     cubic_extrema(c)
         .into_iter()
         .map(|u| cubic(c, u).0)
@@ -88,8 +96,12 @@ impl Cylinder {
             let distance = length(o.x, o.z);
             return (distance <= self.radius * (1.0 + MARGIN)).then_some((low, high));
         }
-        // Along the horizontal unit direction: nearest to the axis at arc length −o·e, at the distance |o × e|.
-        let (x, z) = (d.x / speed, d.z / speed);
+        // Along the horizontal unit direction: nearest to the axis at arc length −o·e, at the distance |o × e|. Below the normal
+        // numbers a length would have no digits left.
+        let unit = if speed < TINY { 1.0 / TINY } else { 1.0 };
+        let (x, z) = (d.x * unit, d.z * unit);
+        let speed = length(x, z);
+        let (x, z) = (x / speed, z / speed);
         let slack = MARGIN * (o.x.abs().max(o.z.abs()) + self.radius);
         let distance = (o.x * z - o.z * x).abs() - slack;
         let radius = self.radius + slack;
@@ -99,7 +111,8 @@ impl Cylinder {
         let near = distance.max(0.0);
         let half = length_of_leg(radius, near) * (1.0 + MARGIN) + slack;
         let middle = -(o.x * x + o.z * z);
-        let (enter, leave) = outward((middle - half) / speed, (middle + half) / speed);
+        let at = |arc: f64| arc / speed * unit;
+        let (enter, leave) = outward(at(middle - half), at(middle + half));
         let (low, high) = (low.max(enter), high.min(leave));
         // Not `low <= high`: a NaN from overflowing input must not cull.
         if high < low { None } else { Some((low, high)) }
@@ -119,6 +132,9 @@ fn length_of_leg(a: f64, b: f64) -> f64 {
 
 /// Squares up to this size neither overflow nor, above its inverse, lose digits to underflow.
 const MODERATE: f64 = 1e280;
+
+/// Speeds below this are scaled by its inverse, a power of two.
+const TINY: f64 = f64::from_bits((1023 - 900) << 52);
 
 /// Relative outward move of every bound: each is the result of fewer than 16 roundings.
 const MARGIN: f64 = 16.0 * f64::EPSILON;

@@ -5,7 +5,8 @@ use super::hit::{Chart, Crossing, Hit};
 use super::ray::Ray;
 use glam::{DVec2, DVec3};
 
-/// The parallelogram `corner + s edge_u + t edge_v`, s and t in [0, 1]; normal along `edge_u × edge_v`.
+/// The parallelogram `corner + s edge_u + t edge_v`, s and t in [0, 1]; normal along `edge_u × edge_v`. Edges are between 1e-70 and
+/// 1e70 long: products of four of them are numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quad {
     /// Corner s = t = 0.
@@ -34,7 +35,7 @@ pub struct Disc {
     pub center: DVec3,
     /// Unit normal.
     pub normal: DVec3,
-    /// Radius, > 0.
+    /// Radius, between 1e-150 and 1e150: its square is a number.
     pub radius: f64,
 }
 
@@ -78,6 +79,20 @@ fn flat_hit(ray: &Ray, crossing: Crossing, anchor: DVec3, normal: DVec3, st: DVe
     }
 }
 
+/// a × b to within two roundings of each component, however nearly parallel they are (Kahan's difference of products with a fused
+/// multiply-add).
+fn cross(a: DVec3, b: DVec3) -> DVec3 {
+    let minus = |p: f64, q: f64, r: f64, s: f64| {
+        let product = r * s;
+        libm::fma(p, q, -product) - libm::fma(r, s, -product)
+    };
+    DVec3::new(
+        minus(a.y, b.z, a.z, b.y),
+        minus(a.z, b.x, a.x, b.z),
+        minus(a.x, b.y, a.y, b.x),
+    )
+}
+
 fn crossing(t: f64) -> Crossing {
     Crossing {
         t,
@@ -93,7 +108,7 @@ impl Quad {
             corner,
             edge_u,
             edge_v,
-            normal: edge_u.cross(edge_v).normalize(),
+            normal: cross(edge_u, edge_v).normalize(),
         }
     }
 

@@ -67,13 +67,16 @@ impl Sphere {
         // A direction of any length: powers of two change no bits of the answer and keep |d|² from over- and underflow.
         let scale = power_of_two_near(ray.direction.abs().max_element());
         let d = ray.direction / scale;
-        let f = ray.origin - self.center;
+        // The same for the squares of lengths.
+        let size = power_of_two_near(self.radius);
+        let f = (ray.origin - self.center) / size;
         let a = d.length_squared();
         let b = -f.dot(d);
         let closest = f + (b / a) * d;
-        let r = self.radius;
+        let r = self.radius / size;
         Approach {
             scale,
+            size,
             a,
             b,
             below: (r - closest.length()) * (r + closest.length()),
@@ -83,7 +86,9 @@ impl Sphere {
 
     /// The full hit of a crossing.
     pub fn hit(&self, ray: &Ray, crossing: Crossing) -> Hit {
-        let normal = (ray.at(crossing.t) - self.center).normalize();
+        let from_center = (ray.at(crossing.t) - self.center) / power_of_two_near(self.radius);
+        // From so far away that t rounds to the centre, the ray comes from the other side of it.
+        let normal = from_center.normalize_or(-ray.direction.normalize_or(DVec3::Y));
         let up = 0.5 + libm::asin(normal.y.clamp(-1.0, 1.0)) / std::f64::consts::PI;
         Hit {
             t: crossing.t,
@@ -116,9 +121,10 @@ impl Sphere {
     }
 }
 
-/// The equation a t² − 2 b t + `outside` = 0, in units of 1/`scale`.
+/// The equation a t² − 2 b t + `outside` = 0, in units of `size`/`scale`.
 struct Approach {
     scale: f64,
+    size: f64,
     a: f64,
     b: f64,
     /// r² less the squared distance of the line from the centre.
@@ -139,6 +145,7 @@ impl Approach {
     fn roots(&self) -> (f64, f64) {
         let Self {
             scale,
+            size,
             a,
             b,
             below,
@@ -150,7 +157,7 @@ impl Approach {
         let touches = below == 0.0;
         let near = if touches { tangent } else { t0.min(t1) };
         let far = if touches { tangent } else { t0.max(t1) };
-        (near / scale, far / scale)
+        (near / scale * size, far / scale * size)
     }
 }
 

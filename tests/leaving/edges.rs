@@ -124,3 +124,38 @@ fn rays_that_met_an_edge_from_the_wrong_side_meet_it_from_outside() {
         assert_eq!(hit.side_met(ray.direction), Side::Front, "{hit:?}");
     }
 }
+
+/// The wall of a hole so narrow that its far side is met within the tolerance of an edge.
+#[test]
+fn the_far_side_of_a_hole_is_not_taken_for_the_edge_of_its_near_side() {
+    let cone = placed(polygon(&[
+        [1.0, 0.0],
+        [1e-11, 1.0],
+        [1e-11, 0.0],
+        [1.0, 0.0],
+    ]));
+    let ray = Ray::new(DVec3::new(1.02e-11, 1.0 - 4e-13, 0.0), DVec3::NEG_X);
+    assert_eq!(cone.membership(ray.origin), Membership::Inside);
+    let crossing = cone.nearest(&ray, &Solver::Bernstein, &mut Work::default());
+    let crossing = crossing.expect("the wall of the hole");
+    let hit = cone.hit(&ray, crossing);
+    assert_eq!((crossing.piece, hit.piece), (1, 1));
+    assert_eq!(hit.side_met(ray.direction), Side::Back);
+}
+
+/// A ray that clips the rim meets it twice; each crossing has its own side.
+#[test]
+fn both_crossings_of_a_clipped_edge_keep_their_sides() {
+    let hourglass = placed(Profile::hourglass());
+    for off in [1e-13, 1e-12, 1e-11] {
+        let o = DVec3::new(1.3 - 2.0 * off, -2.0 * off, 0.0);
+        let ray = Ray::new(o, DVec3::new(-1.0, 2.0, 0.0));
+        let met = hourglass.crossings(&ray, &Solver::Bernstein, &mut Work::default());
+        let sides = met.iter().map(|&crossing| {
+            let hit = hourglass.hit(&ray, crossing);
+            (hit.piece, hit.side_met(ray.direction))
+        });
+        let sides: Vec<_> = sides.take(2).collect();
+        assert_eq!(sides, [(4, Side::Front), (5, Side::Back)], "{off} {met:?}");
+    }
+}

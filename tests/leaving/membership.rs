@@ -217,3 +217,14 @@ fn a_half_line_that_touches_the_top_of_an_arch_crosses_nothing() {
     assert_eq!(at(2.0, 0.75_f64.next_down()), Membership::Inside);
     assert_eq!(at(0.5, 0.5), Membership::Outside);
 }
+
+/// The squares of the radii vanish.
+#[test]
+fn a_rod_too_thin_for_squares_has_an_inside_and_an_outside() {
+    let r = 1e-170;
+    let rod = polygon(&[[0.0, 0.0], [r, 0.0], [r, 1.0], [0.0, 1.0]]);
+    for (x, expected) in [(0.5, Membership::Inside), (2.0, Membership::Outside)] {
+        let point = DVec3::new(x * r, 0.5, 0.0);
+        assert_eq!(membership(&rod, point), expected, "{x}");
+    }
+}

@@ -8,6 +8,7 @@ use glam::DVec3;
 use photolathe::geometry::hit::{Crossing, Side};
 use photolathe::geometry::profile::{Piece, Profile};
 use photolathe::geometry::ray::Ray;
+use photolathe::geometry::revolution::membership::Membership;
 use photolathe::geometry::revolution::{Placement, Revolution, Solver};
 use photolathe::numeric::rng::{Purpose, Stream};
 use photolathe::numeric::work::Work;
@@ -219,5 +220,38 @@ fn ordinary_hits_need_no_test() {
         let ours = leave_solid(&placed(profile), &places, certified);
         assert_eq!((ours.wrong, ours.work.unseparated), (0, 0), "{ours:?}");
         assert!(ours.work.starts_tested < ours.starts / 100, "{ours:?}");
+    }
+}
+
+/// The offset is as wide as the slab: the start on the other sheet is no start inside.
+#[test]
+fn a_start_does_not_lie_on_the_sheet_beyond() {
+    let near = 2.842_170_943_040_481_5e-14_f64;
+    for thickness in [
+        near,
+        near.next_down(),
+        near.next_up(),
+        0.25 * near,
+        4.0 * near,
+    ] {
+        let slab = placed(polygon(&[
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [1.0, thickness],
+            [0.0, thickness],
+        ]));
+        let up = Ray::new(DVec3::new(0.3, -1.0, 0.2), DVec3::Y);
+        let crossing = slab.nearest(&up, &Solver::Bernstein, &mut Work::default());
+        let hit = slab.hit(&up, crossing.expect("the slab"));
+        let mut work = Work::default();
+        let inside = slab.leave(&hit, Side::Back, DVec3::Y, &mut work);
+        assert_eq!(work.unseparated, 0, "{thickness}");
+        assert_eq!(
+            slab.membership(inside.origin),
+            Membership::Inside,
+            "{thickness}"
+        );
+        let out = slab.nearest(&inside, &Solver::Bernstein, &mut Work::default());
+        assert!(out.is_some(), "{thickness}");
     }
 }

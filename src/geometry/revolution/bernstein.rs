@@ -15,7 +15,7 @@
 //!
 //! **What is certain.** Every decision (is there a root, is it in the range) compares a value with a bound of its rounding error.
 //! Where the bound is the greater, the solver says [`Undecided`] and the caller asks the exact solver; that takes a ray within some
-//! 1e-13 (relative) of a tangency, of a joint, of the axis at a cap, or of an end of its range. A ray that runs inside a flat piece,
+//! 1e-13 (relative) of a tangency, of a joint, of the axis at a cap, of an end of its range, or with two crossings as near to each other. A ray that runs inside a flat piece,
 //! along a generator of a cone or inside a cylinder's wall does not hit that piece; pieces on the axis are not surfaces.
 
 mod batch;
@@ -24,6 +24,7 @@ mod isolate;
 mod joint;
 mod level;
 mod line;
+mod order;
 mod precedence;
 mod queue;
 mod refine;
@@ -138,7 +139,6 @@ struct Root {
     t: f64,
     /// Bound of the error of `t`.
     tolerance: f64,
-    height: f64,
 }
 
 impl Prepared {

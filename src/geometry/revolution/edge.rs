@@ -16,6 +16,9 @@ pub(super) const AT_A_JOINT: f64 = 1e-12;
 /// Crossings this near to each other, in sizes of the problem, are the same one, or the two of a corner that the ray clips.
 const NEAR_IN_SIZES: f64 = 1e-10;
 
+/// So are those nearer to the joint than this on their piece: more than 1e-10 of a size at an end of speed 0.
+const NEAR_IN_U: f64 = 1e-3;
+
 impl Revolution {
     /// The unit normal at a crossing of a ray, as the piece has it that the crossing names.
     pub(super) fn normal_at(&self, ray: &Ray, crossing: Crossing) -> DVec3 {
@@ -35,8 +38,8 @@ impl Revolution {
         }
     }
 
-    /// Of two pieces of which one faces the ray, the one that the ray meets, exactly. One that meets both clips the edge or
-    /// touches it: a convex one from the front, a concave one from the back.
+    /// Of two pieces of which one faces the ray, the one that the ray meets at the crossing's t, exactly. One that meets both there
+    /// clips the edge or touches it: a convex one from the front, a concave one from the back.
     #[cold]
     fn at_edge(&self, ray: &Ray, crossing: Crossing) -> Crossing {
         let Some((piece, u)) = neighbour(&self.profile, crossing.piece, crossing.u) else {
@@ -51,28 +54,47 @@ impl Revolution {
         if faces(crossing) == faces(other) {
             return crossing;
         }
-        let (own, others) = (self.met_alone(ray, crossing), self.met_alone(ray, other));
-        match (own, others) {
-            (None, Some(met)) => met,
-            (Some(_), Some(_)) if faces(crossing) != self.is_convex(crossing, other) => other,
-            _ => crossing,
-        }
+        let local = self.placement.ray_to_local(ray);
+        let (own, others) = (
+            self.met_alone(&local, crossing),
+            self.met_alone(&local, other),
+        );
+        let (Some(own), Some(others)) = (own, others) else {
+            return others.filter(|_| own.is_none()).unwrap_or(crossing);
+        };
+        let off = |met: Crossing| (met.t - crossing.t).abs();
+        // The crossing's own t is off by as much as the nearer one says, at least.
+        let rounding = 4.0 * f64::EPSILON * self.time_in_sizes(&local);
+        let told_apart = (own.t - others.t).abs() > 2.0 * off(own).min(off(others)) + rounding;
+        let wants_other = if told_apart {
+            off(others) < off(own)
+        } else {
+            faces(crossing) != self.is_convex(crossing, other)
+        };
+        if wants_other { other } else { crossing }
     }
 
-    /// The exact crossing of the ray with this piece by itself that is next to the one given.
-    fn met_alone(&self, ray: &Ray, crossing: Crossing) -> Option<Crossing> {
+    /// The exact crossing of a ray in the profile's frame with this piece by itself that is the same as the one given but for
+    /// roundings, or the other one of a corner that the ray clips.
+    fn met_alone(&self, local: &Ray, crossing: Crossing) -> Option<Crossing> {
         let piece = self.profile.pieces()[crossing.piece as usize];
         let alone = Profile::new(vec![piece]).ok()?;
-        let local = self.placement.ray_to_local(ray);
-        let (radius, height) = self.profile.control_size();
-        let size = local.origin.length() + radius + height;
-        let near = NEAR_IN_SIZES * size / local.direction.length();
-        let mut met = exact::crossings(&alone, &local).into_iter();
-        met.find(|met| (met.t - crossing.t).abs() <= near)
+        let near = NEAR_IN_SIZES * self.time_in_sizes(local);
+        let off = |met: &Crossing| (met.t - crossing.t).abs();
+        exact::crossings(&alone, local)
+            .into_iter()
+            .filter(|met| off(met) <= near && (met.u - crossing.u).abs() <= NEAR_IN_U)
+            .min_by(|a, b| off(a).total_cmp(&off(b)))
             .map(|met| Crossing {
                 piece: crossing.piece,
                 ..met
             })
+    }
+
+    /// Change of t over the size of the problem: the origin's distance and the profile's own size.
+    fn time_in_sizes(&self, local: &Ray) -> f64 {
+        let (radius, height) = self.profile.control_size();
+        (local.origin.length() + radius + height) / local.direction.length()
     }
 
     /// Whether the two normals at a joint lean away from each other.

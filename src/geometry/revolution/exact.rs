@@ -43,7 +43,8 @@ pub struct Certified {
 }
 
 /// Every crossing inside the open range of a ray in the profile's own frame, by rising t; a tangency counts once, a point
-/// shared by two pieces once. Whether a root is real, in the piece and in the range is decided exactly.
+/// shared by two pieces once. Whether a root is real, in the piece and in the range is decided exactly, and so is the order, of t
+/// not rounded, but for crossings within some 1e-100 of each other, which stand by piece and u.
 pub fn crossings(profile: &Profile, ray: &Ray) -> Vec<Crossing> {
     crossings_among(profile, ray, |_| true)
 }
@@ -57,25 +58,19 @@ pub fn crossings_among(
     if !ray.is_valid() {
         return Vec::new();
     }
-    let mut found = Vec::new();
     let line = Line::new(profile.pieces(), ray);
-    solve(profile.pieces(), &line, &suspect, &mut |solution| {
-        found.push(Crossing {
-            t: solution.time(),
-            piece: solution.piece,
-            u: solution.root.to_f64(),
-        });
+    let found = solve(profile.pieces(), &line, &suspect);
+    let crossings = found.into_iter().map(|(t, mut solution)| Crossing {
+        t,
+        piece: solution.piece,
+        u: solution.root.to_f64(),
     });
-    found.sort_by(|a, b| {
-        (a.t.total_cmp(&b.t))
-            .then(a.piece.cmp(&b.piece))
-            .then(a.u.total_cmp(&b.u))
-    });
-    found
+    crossings
+        .filter(|crossing| crossing.t.is_finite())
+        .collect()
 }
 
-/// As [`crossings`], with the neighbours of t and multiplicities; the order is certain but for crossings between the same two
-/// f64, which stand by piece and u.
+/// As [`crossings`], with the neighbours of t and multiplicities, and with those beyond the greatest f64.
 pub fn certified(profile: &Profile, ray: &Ray) -> Vec<Certified> {
     if !ray.is_valid() {
         return Vec::new();
@@ -94,26 +89,19 @@ pub fn certified_placed(profile: &Profile, placement: &Placement, ray: &Ray) -> 
 }
 
 fn certified_on(pieces: &[Piece], line: &Line) -> Vec<Certified> {
-    let mut found = Vec::new();
-    solve(pieces, line, &|_| true, &mut |solution| {
-        let t = solution.time();
+    let certify = |(t, mut solution): (f64, Solution)| {
         let (t_low, t_high) = solution.neighbours(t);
-        found.push(Certified {
+        Certified {
             t_low,
             t_high,
             t,
             piece: solution.piece,
             u: solution.root.to_f64(),
             multiplicity: solution.multiplicity(),
-        });
-    });
-    found.sort_by(|a, b| {
-        (a.t_low.total_cmp(&b.t_low))
-            .then(a.t_high.total_cmp(&b.t_high))
-            .then(a.piece.cmp(&b.piece))
-            .then(a.u.total_cmp(&b.u))
-    });
-    found
+        }
+    };
+    let found = solve(pieces, line, &|_| true).into_iter();
+    found.map(certify).collect()
 }
 
 /// The polynomial of each piece whose roots in [0, 1] are the u of its crossings with the whole line, with the piece's index;
@@ -131,13 +119,9 @@ pub fn equations(profile: &Profile, ray: &Ray) -> Vec<(u32, Polynomial)> {
         .collect()
 }
 
-/// Reports every crossing of suspect pieces in the range, piece by piece.
-fn solve(
-    pieces: &[Piece],
-    line: &Line,
-    suspect: &dyn Fn(u32) -> bool,
-    found: &mut dyn FnMut(&mut Solution),
-) {
+/// Every crossing of suspect pieces in the range with its t, by rising t, then by piece and u.
+fn solve(pieces: &[Piece], line: &Line, suspect: &dyn Fn(u32) -> bool) -> Vec<(f64, Solution)> {
+    let mut found = Vec::new();
     let mut joint_met = is_closed(pieces) && ends_in_root(line, pieces);
     for (index, piece) in (0..).zip(pieces) {
         // One that is not met anywhere is not met at its end either.
@@ -153,10 +137,30 @@ fn solve(
         for root in line.roots(&curve) {
             end_met |= root.is(1);
             if !(joint_met && root.is(0)) {
-                line.resolve(&curve, root, index, found);
+                line.resolve(&curve, root, index, &mut |mut solution| {
+                    found.push((solution.time(), solution));
+                });
             }
         }
         joint_met = end_met;
+    }
+    put_in_order(&mut found);
+    found
+}
+
+/// Sorts by rounded t first; what is then out of order stands next to its place.
+fn put_in_order(found: &mut [(f64, Solution)]) {
+    // Stable: those of one piece stand by u.
+    found.sort_by(|(a, first), (b, second)| a.total_cmp(b).then(first.piece.cmp(&second.piece)));
+    for end in 1..found.len() {
+        for place in (1..=end).rev() {
+            let (before, after) = found.split_at_mut(place);
+            let ((a, first), (b, second)) = (&mut before[place - 1], &mut after[0]);
+            if first.order(*a, second, *b).is_le() {
+                break;
+            }
+            found.swap(place - 1, place);
+        }
     }
 }
 

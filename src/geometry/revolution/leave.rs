@@ -78,7 +78,11 @@ impl Revolution {
     /// Whether a probe from `start` against the unit vector `away` meets the sheet of the hit first, from this side.
     fn is_beside(&self, hit: &Hit, side: Side, start: DVec3, away: DVec3, work: &mut Work) -> bool {
         let reach = 2.0 * (start - hit.point).length() + OFFSET_IN_ERRORS * hit.error;
-        let probe = Ray::new(start, -away).until(reach);
+        // A sheet that the start lies on is met at 0.
+        let probe = Ray {
+            t_min: -f64::MIN_POSITIVE,
+            ..Ray::new(start, -away).until(reach)
+        };
         let (radius, height) = self.profile.control_size();
         let in_doubt = ORDER_IN_SIZES * self.placement.scale * (radius + height);
         let mut met = self.crossings(&probe, &Solver::Bernstein, work);
@@ -89,7 +93,9 @@ impl Revolution {
             [] => false,
             [first, second, ..] if second.t == first.t => false,
             [first, ..] => {
-                self.arrives_on(side, &probe, first) && self.is_same_sheet(hit, first, reach)
+                first.t > 0.0
+                    && self.arrives_on(side, &probe, first)
+                    && self.is_same_sheet(hit, first, reach)
             }
         }
     }

@@ -31,7 +31,7 @@ const DEPTH: u32 = 48;
 /// A halving costs at most three roundings (of ε/2) of the greatest control value, [`DEPTH`] of them 72 ε; the distance from the
 /// axis costs 2 more.
 const MARGIN: f64 = 80.0 * f64::EPSILON;
-/// Sizes whose squares neither overflow nor vanish.
+/// Radii whose squares neither overflow nor vanish.
 const ORDINARY: std::ops::Range<f64> = 1e-100..1e100;
 
 impl Revolution {
@@ -62,7 +62,7 @@ fn of_parity(odd: bool) -> Membership {
 /// The answer, if the point is not within the margin of the profile.
 fn by_floats(profile: &Profile, point: DVec3) -> Option<Membership> {
     let (radius, height) = profile.control_size();
-    if !ORDINARY.contains(&(radius + height)) {
+    if !ORDINARY.contains(&radius) {
         return None;
     }
     let search = Search {

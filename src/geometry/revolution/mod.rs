@@ -226,7 +226,7 @@ fn point_error(profile: &Profile, placement: &Placement) -> f64 {
     let (radius, height) = profile.control_size();
     let moved = placement.translate.abs().max_element();
     f64::EPSILON * (32.0 * placement.scale * (radius + height) + 4.0 * moved)
-        + 64.0 * f64::MIN_POSITIVE * f64::EPSILON
+        + 64.0 * (1.0 + placement.scale) * f64::MIN_POSITIVE * f64::EPSILON
 }
 
 #[cfg(test)]
@@ -382,6 +382,12 @@ mod tests {
             let most = f64::EPSILON * (64.0 * own + 8.0 * shift);
             assert!((least..most).contains(&cup.error), "{scale} {moved}");
         }
+        // Below the normal numbers roundings do not shrink with the profile.
+        let dust = crate::geometry::specimens::line([0.0, 0.0], [3e-315, 3e-315]);
+        let dust = Profile::new(vec![dust]).expect("a piece is a profile");
+        let placement = Placement::new(DVec3::ZERO, DVec3::Y, 0.0, 1e300);
+        let least = 16.0 * 1e300 * f64::from_bits(1);
+        assert!(Revolution::new(dust, placement).error > least);
     }
 
     #[test]

@@ -88,14 +88,18 @@ impl Kernel for Many<'_> {
                 });
             }
             for (number, (ray, found)) in rays.iter().zip(found).enumerate() {
-                let seeker = &seekers[number];
-                *found = seeker.answer();
-                if seeker.alone && ray.is_valid() {
-                    match prepared.nearest(ray, work) {
-                        Ok(answer) => *found = answer,
-                        Err(Undecided) => undecided.push(block * BLOCK + number),
+                let answer = seekers[number].answer().or_else(|Undecided| {
+                    let valid = ray.is_valid();
+                    if valid {
+                        prepared.nearest(ray, work)
+                    } else {
+                        Ok(None)
                     }
+                });
+                if answer.is_err() {
+                    undecided.push(block * BLOCK + number);
                 }
+                *found = answer.unwrap_or(None);
             }
         }
     }
@@ -339,7 +343,7 @@ impl<L: Lanes> Asker<'_, L> {
             let later = &piece.later[direction];
             let mut left_out = later.always;
             let mut push = |bracket: &Bracket, queue: &mut Queue| {
-                if queue.push(ray, bracket, (self.number, rank)) {
+                if queue.push(ray, bracket, self.number) {
                     self.prepared.vectors.run(Flush {
                         queue,
                         piece,

@@ -164,7 +164,7 @@ impl Line {
         let (rest, slope) = value(u);
         let u = clamped(u - rest / slope, bracket.low, bracket.high);
         let (h, h_slope) = cubic(&curve.height, u);
-        let mut root = self.flat_root(u, (h - o.y) / d.y, h);
+        let mut root = self.flat_root(u, (h - o.y) / d.y);
         // The rounding of q moves u, and with it the height.
         root.tolerance *= 1.0 + 2.0 * (h_slope / slope).abs();
         root

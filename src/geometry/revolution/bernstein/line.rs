@@ -149,7 +149,6 @@ impl Aim {
             t: t + dt,
             // Along a wall this may be of any size, and no double root be near. A NaN is no bound.
             tolerance: lesser(f64::INFINITY, sure * determinant.abs()),
-            height: h,
         };
         (root, change)
     }
@@ -308,13 +307,15 @@ impl Line {
         }
     }
 
-    /// Height after which everything is certainly later than what has this height.
+    /// Height after which everything is certainly later than a root: the root's own, as its t tells it.
     #[inline(always)]
-    pub(super) fn after(&self, height: f64) -> f64 {
+    pub(super) fn after(&self, root: &Root) -> f64 {
+        let Aim { o, d, .. } = self.aim;
+        let latest = o.y + (root.t + root.tolerance) * d.y;
         if self.climbs() {
-            height + self.slack
+            latest + self.slack
         } else {
-            height - self.slack
+            latest - self.slack
         }
     }
 
@@ -387,14 +388,9 @@ impl Line {
     }
 
     #[inline(always)]
-    pub(super) fn flat_root(&self, u: f64, t: f64, height: f64) -> Root {
+    pub(super) fn flat_root(&self, u: f64, t: f64) -> Root {
         let tolerance = self.height_noise() / self.aim.d.y.abs() + 4.0 * f64::EPSILON * t.abs();
-        Root {
-            u,
-            t,
-            tolerance,
-            height,
-        }
+        Root { u, t, tolerance }
     }
 }
 
@@ -452,16 +448,24 @@ impl Times {
     #[inline(always)]
     pub(super) fn has(&self, root: &Root) -> Result<bool, Undecided> {
         let (above, below) = (root.t - self.range[0], self.range[1] - root.t);
-        if above.abs() <= root.tolerance || below.abs() <= root.tolerance {
+        // A NaN is not clear.
+        let clear = above.abs() > root.tolerance && below.abs() > root.tolerance;
+        if !clear {
             return Err(Undecided);
         }
         Ok(above > 0.0 && below > 0.0)
     }
 
+    /// # Errors
+    /// Where t is more than a number can be, it may lie beyond any range.
     #[inline(always)]
-    pub(super) fn crossing(&self, piece: u32, t: f64, u: f64) -> Crossing {
+    pub(super) fn crossing(&self, piece: u32, t: f64, u: f64) -> Result<Crossing, Undecided> {
         let t = t * self.unit[0] * self.unit[1];
-        Crossing { t, piece, u }
+        if t.abs() < f64::INFINITY {
+            Ok(Crossing { t, piece, u })
+        } else {
+            Err(Undecided)
+        }
     }
 }
 

@@ -3,9 +3,9 @@
 use super::batch::{BLOCK, LANES, Vector};
 use super::isolate::{Bracket, Site};
 use super::line::{Aim, Times};
+use super::order::Leader;
 use super::refine::{Refined, STEPS, refine, refine_more};
-use super::{Cubics, PreparedPiece, Root};
-use crate::geometry::hit::Crossing;
+use super::{Answer, Cubics, PreparedPiece, Root, Undecided};
 use crate::numeric::simd::{Kernel, Lanes};
 use crate::numeric::work::Work;
 use glam::DVec3;
@@ -14,12 +14,7 @@ use glam::DVec3;
 #[derive(Clone, Copy)]
 pub(super) struct Seeker {
     times: Times,
-    /// The nearest root so far.
-    t: f64,
-    u: f64,
-    piece: u32,
-    /// Place of that piece in the ray's order.
-    rank: usize,
+    leader: Leader,
     /// To be done alone.
     pub(super) alone: bool,
 }
@@ -29,37 +24,27 @@ impl Seeker {
     pub(super) fn new(times: Times) -> Self {
         Self {
             times,
-            t: f64::INFINITY,
-            u: 0.0,
-            piece: 0,
-            rank: usize::MAX,
+            leader: Leader::NONE,
             alone: false,
         }
     }
 
-    /// Of roots at the same t the first in the ray's order counts, as for a ray alone.
     #[inline(always)]
-    fn add(&mut self, rank: usize, piece: u32, root: &Root) {
+    fn add(&mut self, piece: u32, root: &Root) {
         match self.times.has(root) {
-            Err(_) => self.alone = true,
+            Err(Undecided) => self.alone = true,
             Ok(false) => {}
-            Ok(true) => {
-                if (root.t < self.t) | (root.t == self.t) & (rank < self.rank) {
-                    self.t = root.t;
-                    self.u = root.u;
-                    self.piece = piece;
-                    self.rank = rank;
-                }
-            }
+            Ok(true) => self.leader.add(piece, root),
         }
     }
 
+    /// The nearest crossing, unless the ray is to be done alone.
     #[inline(always)]
-    pub(super) fn answer(&self) -> Option<Crossing> {
-        if self.rank == usize::MAX {
-            return None;
+    pub(super) fn answer(&self) -> Answer {
+        if self.alone {
+            return Err(Undecided);
         }
-        Some(self.times.crossing(self.piece, self.t, self.u))
+        self.leader.crossing(&self.times)
     }
 }
 
@@ -93,8 +78,8 @@ pub(super) struct Queue {
     place: Vector,
     sides: [Vector; 2],
     bends: [Vector; 2],
-    /// Number of the ray in the block, and place of the piece in its order.
-    asker: [(usize, usize); LANES],
+    /// Number of the ray in the block.
+    asker: [usize; LANES],
     len: usize,
 }
 
@@ -107,18 +92,13 @@ impl Queue {
         place: [0.0; LANES],
         sides: [[0.0; LANES]; 2],
         bends: [[0.0; LANES]; 2],
-        asker: [(0, 0); LANES],
+        asker: [0; LANES],
         len: 0,
     };
 
     /// Adds a bracket of a ray (origin and direction); whether the queue is full now.
     #[inline(always)]
-    pub(super) fn push(
-        &mut self,
-        ray: [DVec3; 2],
-        bracket: &Bracket,
-        asker: (usize, usize),
-    ) -> bool {
+    pub(super) fn push(&mut self, ray: [DVec3; 2], bracket: &Bracket, asker: usize) -> bool {
         let lane = self.len % LANES;
         let [o, d] = ray;
         for (to, from) in self.o.iter_mut().zip(o.to_array()) {
@@ -161,13 +141,11 @@ impl Queue {
                 u: u[lane],
                 t: t[lane],
                 tolerance: tolerance[lane],
-                height: 0.0,
             };
             if sure[lane] == 0 {
                 root = self.refine_more(curve, lane, root, change[lane], work);
             }
-            let (number, rank) = self.asker[lane];
-            seekers[number % BLOCK].add(rank, piece.index, &root);
+            seekers[self.asker[lane] % BLOCK].add(piece.index, &root);
         }
         self.len = 0;
     }

@@ -5,6 +5,7 @@ use super::isolate::{
 };
 use super::joint::{Beyond, isolate_at_joint};
 use super::line::Line;
+use super::order::{Leader, in_order};
 use super::precedence::GROUP;
 use super::refine::{STEPS, find, refine, refine_more, search};
 use super::{Answer, Padded, Prepared, PreparedPiece, Root, Slope, Undecided, level};
@@ -38,11 +39,11 @@ impl Kernel for Nearest<'_> {
         if prepared.misses(&line, work) {
             return Ok(None);
         }
-        let mut best: Option<(u32, Root)> = None;
+        let mut leader = Leader::NONE;
         let mut add = |piece: &PreparedPiece, root: Root| {
             let inside = line.times.has(&root)?;
-            if inside && best.is_none_or(|(_, found)| root.t < found.t) {
-                best = Some((piece.index, root));
+            if inside {
+                leader.add(piece.index, &root);
             }
             Ok(inside)
         };
@@ -52,10 +53,10 @@ impl Kernel for Nearest<'_> {
             line.brackets(lanes, prepared, Wanted::Nearest, &mut |place, bracket| {
                 let piece = &prepared.pieces[place];
                 let root = line.root(&prepared.pieces, piece, bracket, work)?;
-                Ok(add(piece, root)?.then(|| line.after(root.height)))
+                Ok(add(piece, root)?.then(|| line.after(&root)))
             })?;
         }
-        Ok(best.map(|(piece, root)| line.times.crossing(piece, root.t, root.u)))
+        leader.crossing(&line.times)
     }
 }
 
@@ -80,14 +81,14 @@ impl Kernel for All<'_> {
         if !fine {
             return Err(Undecided);
         }
-        let mut found = Vec::new();
         if prepared.misses(&line, work) {
-            return Ok(found);
+            return Ok(Vec::new());
         }
+        let mut found = Vec::new();
         let mut add = |piece: &PreparedPiece, root: Root| {
             let inside = line.times.has(&root)?;
             if inside {
-                found.push(line.times.crossing(piece.index, root.t, root.u));
+                found.push((piece.index, root));
             }
             Ok(inside)
         };
@@ -100,8 +101,7 @@ impl Kernel for All<'_> {
                 Ok(None)
             })?;
         }
-        found.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.piece.cmp(&b.piece)));
-        Ok(found)
+        in_order(found, &line.times)
     }
 }
 
@@ -198,6 +198,9 @@ impl Line {
                             found.push(bracket)?;
                             Ok(all)
                         })?;
+                        let left_out = piece.later[direction].always;
+                        later |= left_out * u64::from(certain & !found.as_slice().is_empty());
+                        waiting &= !here(later);
                     }
                     Sight::Doubtful => {
                         found = self.isolate_doubtful(&c.0[i], &prepared.pieces, piece)?;
@@ -348,7 +351,7 @@ impl Line {
                 let (r, slope) = cubic(&curve.radius, u);
                 (r * r - square, 2.0 * r * slope)
             });
-            found(piece, self.flat_root(u, t, height))?;
+            found(piece, self.flat_root(u, t))?;
         }
         Ok(())
     }

@@ -5,6 +5,7 @@ use crate::numeric::exact::{Branches, Dyadic, Polynomial, Root, sign};
 use glam::DVec3;
 use num_bigint::BigInt;
 use num_traits::Zero;
+use std::cmp::Ordering;
 use std::rc::Rc;
 
 /// Rays with d_y² below 2⁻ⁿ (d_x² + d_z²) are solved by branches.
@@ -158,7 +159,7 @@ impl Line {
         curve: &Curve,
         mut root: Root,
         piece: u32,
-        found: &mut dyn FnMut(&mut Solution),
+        found: &mut dyn FnMut(Solution),
     ) {
         for time in self.times(curve, &mut root) {
             let mut solution = Solution {
@@ -172,7 +173,7 @@ impl Line {
             if above(&self.low, &mut solution).is_none_or(|s| s > 0)
                 && above(&self.high, &mut solution).is_none_or(|s| s < 0)
             {
-                found(&mut solution);
+                found(solution);
             }
         }
     }
@@ -315,6 +316,9 @@ impl OnBranch {
     }
 }
 
+/// Halvings after which two t count as one: they are the same, but for rays made to tell them apart.
+const ALIKE: u32 = 300;
+
 /// A root in u with one of its t.
 pub(super) struct Solution {
     pub(super) piece: u32,
@@ -362,6 +366,27 @@ impl Solution {
             1 => (near, near.next_up()),
             _ => (near.next_down(), near),
         }
+    }
+
+    /// Which of two solutions comes first, from a t of each that is one of its neighbours. What is as near as 2^-[`ALIKE`] of these is
+    /// alike.
+    pub(super) fn order(&mut self, own: f64, other: &mut Self, others: f64) -> Ordering {
+        let (least, most) = (own.min(others), own.max(others));
+        if least.next_up() < most || least.is_infinite() || most.is_infinite() {
+            return own.total_cmp(&others);
+        }
+        let [mut low, mut high] = [least.next_down(), most.next_up()].map(Dyadic::from_f64);
+        for _ in 0..ALIKE {
+            let mut middle = low.plus(&high);
+            middle.exponent -= 1;
+            match [self.sign_above(&middle), other.sign_above(&middle)] {
+                [0, 0] => break,
+                [a, b] if a != b => return a.cmp(&b),
+                [1, _] => low = middle,
+                _ => high = middle,
+            }
+        }
+        Ordering::Equal
     }
 
     /// The sign of t − `limit`.

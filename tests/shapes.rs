@@ -396,7 +396,7 @@ fn hits_at_one_place_come_in_the_order_of_their_objects() {
 }
 
 /// Lamps of two kinds let into a ceiling of three kinds, listed before and after it, whatever the size of the quads: the lamp is met,
-/// alone or in lanes, and from both sides.
+/// alone or in lanes, from the side to which it shines; from the other, the ceiling.
 #[test]
 fn a_lamp_is_met_before_the_ceiling_that_it_lies_in() {
     const ROOM: &str = r#"
@@ -450,13 +450,14 @@ material = "lamp"
         let on_quad = (place.x - 0.05).abs().max((place.z - 0.05).abs()) < 0.35;
         let on_disc = (place - DVec3::new(0.1, 1.7, 0.9)).length() < 0.45;
         let lamp = scene.material(&hit).emission.is_some();
-        assert_eq!(lamp, on_quad || on_disc, "{ray:?}");
+        let below = ray.origin.y < 1.7;
+        assert_eq!(lamp, below && (on_quad || on_disc), "{ray:?}");
         assert_eq!(scene.intersect(ray, &mut Work::default()), Some(hit));
         let all = scene.intersect_all(ray, &mut Work::default());
         assert_eq!(scene.material(&all[0]).emission.is_some(), lamp);
         lit += u32::from(lamp);
     }
-    assert!(lit > 1000, "{lit}");
+    assert!(lit > 600, "{lit}");
 }
 
 #[test]

@@ -13,8 +13,6 @@ type Column = [f64; WIDTH];
 
 /// The object of a ray that has met none.
 const NONE: u64 = u64::MAX;
-/// The object of a ray that has met none of the packet's, but one before.
-const EARLIER: u64 = u64::MAX - 1;
 
 /// Up to [`WIDTH`] rays, and the nearest crossing of each so far.
 #[derive(Clone, Debug)]
@@ -25,15 +23,17 @@ pub struct Packet {
     /// End of the range, or of what is left of it before the nearest crossing; −∞ for a ray that is not valid.
     t_max: Column,
     object: [u64; WIDTH],
+    /// The object before the latest, where both are met at the same parameter.
+    tied: [u64; WIDTH],
     vectors: Vectors,
 }
 
 impl Packet {
-    /// A packet of rays. Those that have `met` an object before, at the end of their range, are known by their number.
+    /// A packet of rays. Which object a ray has `met` before, at the end of its range, is asked by the ray's number.
     ///
     /// # Panics
     /// If there are more than [`WIDTH`].
-    pub fn new(rays: &[Ray], met: impl Fn(usize) -> bool) -> Self {
+    pub fn new(rays: &[Ray], met: impl Fn(usize) -> Option<usize>) -> Self {
         let zero = [0.0; WIDTH];
         let mut packet = Self {
             origin: [zero; 3],
@@ -41,6 +41,7 @@ impl Packet {
             t_min: zero,
             t_max: [f64::NEG_INFINITY; WIDTH],
             object: [NONE; WIDTH],
+            tied: [NONE; WIDTH],
             vectors: Vectors::best(),
         };
         for (lane, ray) in rays.iter().enumerate() {
@@ -52,40 +53,61 @@ impl Packet {
             if ray.is_valid() {
                 packet.t_max[lane] = ray.t_max;
             }
-            if met(lane) {
-                packet.object[lane] = EARLIER;
+            if let Some(object) = met(lane) {
+                packet.object[lane] = object as u64;
             }
         }
         packet
     }
 
-    /// Looks for nearer crossings with a shape, which `object` stands for: to the bit those of [`Shape::nearest`]. At the same parameter
-    /// as another object's it counts if it `wins_ties`.
+    /// Looks for nearer crossings with a shape, which `object` stands for: to the bit those of [`Shape::nearest`]. Where another object is
+    /// met at the same parameter that one stays.
     ///
     /// # Panics
     /// If the shape is a surface of revolution: these take their rays by themselves.
-    pub fn meet(&mut self, shape: &Shape, object: usize, wins_ties: bool) {
+    pub fn meet(&mut self, shape: &Shape, object: usize) {
+        self.look(shape, object, false);
+    }
+
+    /// As [`Self::meet`], but where another object is met at the same parameter, `wins` decides: of the number of the ray, that object and
+    /// the parameter.
+    pub fn meet_or_tie(
+        &mut self,
+        shape: &Shape,
+        object: usize,
+        wins: impl Fn(usize, usize, f64) -> bool,
+    ) {
+        self.look(shape, object, true);
+        for lane in 0..WIDTH {
+            let other = self.tied[lane];
+            if other != NONE && !wins(lane, other as usize, self.t_max[lane]) {
+                self.object[lane] = other;
+            }
+        }
+    }
+
+    fn look(&mut self, shape: &Shape, object: usize, ties: bool) {
         self.vectors.run(Meet {
             shape,
             object: object as u64,
-            wins_ties,
+            ties,
             packet: self,
         });
     }
 
-    /// Object and parameter of the nearest crossing of a ray with the objects of the packet.
+    /// Object and parameter of the nearest crossing of a ray, of those met before included.
     pub fn nearest(&self, lane: usize) -> Option<(usize, f64)> {
-        (self.object[lane] < EARLIER).then(|| (self.object[lane] as usize, self.t_max[lane]))
+        (self.object[lane] != NONE).then(|| (self.object[lane] as usize, self.t_max[lane]))
     }
 
-    /// Keeps what is nearer: parameter, and whether it counts but for the range.
+    /// Keeps what is nearer, or as near where that `ties`: parameter, and whether it counts but for the range.
     #[inline(always)]
-    fn keep(&mut self, object: u64, wins_ties: bool, meet: impl Fn(&Ray) -> (f64, bool)) {
+    fn keep(&mut self, object: u64, ties: bool, meet: impl Fn(&Ray) -> (f64, bool)) {
         for lane in 0..WIDTH {
             let vector = |c: &[Column; 3]| DVec3::new(c[0][lane], c[1][lane], c[2][lane]);
-            let so_far = self.t_max[lane];
+            let (so_far, before) = (self.t_max[lane], self.object[lane]);
             // Bitwise here and below: a branch would keep the lanes apart.
-            let ties = wins_ties & (self.object[lane] != NONE);
+            let ties = ties & (before != NONE);
             let ray = Ray {
                 origin: vector(&self.origin),
                 direction: vector(&self.direction),
@@ -94,8 +116,9 @@ impl Packet {
             };
             let (t, counts) = meet(&ray);
             let met = counts & (ray.t_min < t) & (t < ray.t_max);
+            self.tied[lane] = if met & (t == so_far) { before } else { NONE };
             self.t_max[lane] = if met { t } else { so_far };
-            self.object[lane] = if met { object } else { self.object[lane] };
+            self.object[lane] = if met { object } else { before };
         }
     }
 }
@@ -103,7 +126,7 @@ impl Packet {
 struct Meet<'a> {
     shape: &'a Shape,
     object: u64,
-    wins_ties: bool,
+    ties: bool,
     packet: &'a mut Packet,
 }
 
@@ -115,16 +138,16 @@ impl Kernel for Meet<'_> {
         let Self {
             shape,
             object,
-            wins_ties,
+            ties,
             packet,
         } = self;
         match shape {
-            Shape::Quad(quad) => packet.keep(object, wins_ties, |ray| quad.meet(ray)),
-            Shape::Plane(plane) => packet.keep(object, wins_ties, |ray| plane.meet(ray)),
-            Shape::Disc(disc) => packet.keep(object, wins_ties, |ray| disc.meet(ray)),
+            Shape::Quad(quad) => packet.keep(object, ties, |ray| quad.meet(ray)),
+            Shape::Plane(plane) => packet.keep(object, ties, |ray| plane.meet(ray)),
+            Shape::Disc(disc) => packet.keep(object, ties, |ray| disc.meet(ray)),
             Shape::Sphere(sphere) => {
                 // The near root counts before the far one, as it does for a ray alone.
-                packet.keep(object, wins_ties, |ray| {
+                packet.keep(object, ties, |ray| {
                     let (near, far, met) = sphere.meet(ray);
                     (if ray.contains(near) { near } else { far }, met)
                 });
@@ -204,10 +227,12 @@ mod tests {
         rays
     }
 
-    fn alone(shapes: &[Shape], winner: Option<usize>, ray: &Ray) -> Option<(usize, u64)> {
+    /// Ties are won by `winner`, but not against `loser`.
+    fn alone(shapes: &[Shape], [winner, loser]: [usize; 2], ray: &Ray) -> Option<(usize, u64)> {
         let (mut rest, mut nearest) = (*ray, None);
         for (object, shape) in shapes.iter().enumerate() {
-            let range = if nearest.is_some() && winner == Some(object) {
+            let wins = nearest.is_some_and(|(before, _)| before != loser) && object == winner;
+            let range = if wins {
                 rest.until(rest.t_max.next_up())
             } else {
                 rest
@@ -225,17 +250,21 @@ mod tests {
     fn rays_in_lanes_meet_what_they_meet_alone_to_the_bit() {
         let shapes = shapes();
         let (mut met, mut won) = (0, 0);
-        let winners = [None, Some(2), Some(4)];
+        let winners = [[9, 9], [2, 9], [4, 9], [4, 2]];
         let each = |vectors| winners.map(|winner| (vectors, winner));
         for (vectors, winner) in Vectors::all().flat_map(each) {
             // A last packet that is not full.
             for rays in rays().chunks(WIDTH) {
                 let mut packet = Packet {
                     vectors,
-                    ..Packet::new(rays, |_| false)
+                    ..Packet::new(rays, |_| None)
                 };
                 for (object, shape) in shapes.iter().enumerate() {
-                    packet.meet(shape, object, winner == Some(object));
+                    if object == winner[0] {
+                        packet.meet_or_tie(shape, object, |_, before, _| before != winner[1]);
+                    } else {
+                        packet.meet(shape, object);
+                    }
                 }
                 for (lane, ray) in rays.iter().enumerate() {
                     let found = packet

@@ -50,6 +50,15 @@ pub struct FilmSize {
     pub height: u32,
 }
 
+/// A crossing with a shape that needs no solver.
+fn unsolved(t: f64) -> Crossing {
+    Crossing {
+        t,
+        piece: 0,
+        u: 0.0,
+    }
+}
+
 /// A complete scene.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -76,27 +85,29 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The nearest hit inside the ray's open range. Of hits at the same t an emitter's wins, else that of the object listed first: a
-    /// lamp let into a ceiling is seen. Flat shapes in one plane along the axes are met at the same t to the bit, others to rounding.
+    /// The nearest hit inside the ray's open range. Of hits at the same t that of an emitter which shines back along the ray wins, else that
+    /// of the object listed first: a lamp let into a ceiling is seen, and the back of another does not hide it. Flat shapes in one plane
+    /// along the axes are met at the same t to the bit, others to rounding.
     pub fn intersect(&self, ray: &Ray, work: &mut Work) -> Option<Hit> {
         let mut rest = *ray;
-        let mut nearest = None;
+        let mut nearest: Option<(usize, Crossing)> = None;
         for (index, object) in self.objects.iter().enumerate() {
             let range = if nearest.is_some() && self.emits(object) {
                 rest.until(rest.t_max.next_up())
             } else {
                 rest
             };
-            if let Some(crossing) = object.shape.nearest(&range, &self.solver, work) {
+            let Some(crossing) = object.shape.nearest(&range, &self.solver, work) else {
+                continue;
+            };
+            let tied = nearest.filter(|_| crossing.t == rest.t_max);
+            if tied.is_none_or(|(first, _)| self.wins(ray, index, first, crossing.t)) {
                 rest.t_max = crossing.t;
                 nearest = Some((index, crossing));
             }
         }
         let (index, crossing) = nearest?;
-        Some(Hit {
-            object: index,
-            ..self.objects[index].shape.hit(ray, crossing)
-        })
+        Some(self.hit(ray, index, crossing))
     }
 
     /// As [`Scene::intersect`] for each ray, to the bit.
@@ -154,21 +165,21 @@ impl Scene {
         nearest: &mut [Option<(usize, Crossing)>],
     ) {
         for (rays, nearest) in rest.chunks_mut(WIDTH).zip(nearest.chunks_mut(WIDTH)) {
-            let mut packet = Packet::new(rays, |lane| nearest[lane].is_some());
+            let earlier = |lane: usize| nearest[lane].map(|(object, _)| object);
+            let mut packet = Packet::new(rays, earlier);
             for (number, object) in (first..).zip(objects) {
-                packet.meet(&object.shape, number, self.emits(object));
+                if self.emits(object) {
+                    let wins = |lane: usize, other, t| self.wins(&rays[lane], number, other, t);
+                    packet.meet_or_tie(&object.shape, number, wins);
+                } else {
+                    packet.meet(&object.shape, number);
+                }
             }
             for (lane, (ray, nearest)) in rays.iter_mut().zip(nearest).enumerate() {
-                if let Some((object, t)) = packet.nearest(lane) {
+                let met = packet.nearest(lane);
+                if let Some((object, t)) = met.filter(|&(object, _)| object >= first) {
                     ray.t_max = t;
-                    *nearest = Some((
-                        object,
-                        Crossing {
-                            t,
-                            piece: 0,
-                            u: 0.0,
-                        },
-                    ));
+                    *nearest = Some((object, unsolved(t)));
                 }
             }
         }
@@ -180,8 +191,8 @@ impl Scene {
         Hit { object, ..hit }
     }
 
-    /// Every hit inside the ray's open range, by rising t; of hits at the same t those of emitters first, then in the order of the
-    /// objects.
+    /// Every hit inside the ray's open range, by rising t; of hits at the same t those of emitters that shine back along the ray first,
+    /// then in the order of the objects.
     pub fn intersect_all(&self, ray: &Ray, work: &mut Work) -> Vec<Hit> {
         let mut hits = Vec::new();
         for (index, object) in self.objects.iter().enumerate() {
@@ -191,13 +202,30 @@ impl Scene {
                 ..object.shape.hit(ray, crossing)
             }));
         }
-        let dark = |hit: &Hit| !self.emits(&self.objects[hit.object]);
+        let dark = |hit: &Hit| !self.shines(ray, hit);
         hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(dark(a).cmp(&dark(b))));
         hits
     }
 
     fn emits(&self, object: &Object) -> bool {
         self.materials[object.material].emission.is_some()
+    }
+
+    /// Whether a hit is of an emitter that shines back along the ray.
+    fn shines(&self, ray: &Ray, hit: &Hit) -> bool {
+        let emission = &self.material(hit).emission;
+        let back = -ray.direction.dot(hit.normal);
+        emission.is_some_and(|emission| emission.towards(back) != Rgb::ZERO)
+    }
+
+    /// Whether an emitter that is met at the same t as an object listed before it counts instead of that.
+    fn wins(&self, ray: &Ray, emitter: usize, first: usize, t: f64) -> bool {
+        // What emits needs no solver: see `Emitter::of`.
+        let shines = |object: usize| {
+            self.emits(&self.objects[object])
+                && self.shines(ray, &self.hit(ray, object, unsolved(t)))
+        };
+        shines(emitter) && !shines(first)
     }
 
     /// Whether anything stands inside the ray's open range.

@@ -257,6 +257,31 @@ material = "black"
     }
 }
 
+/// G7. Two lamps back to back, the first of which shines down: from below it is seen, and lights the floor in full (a disc of radius 1 at
+/// distance 1: half of what an endless one would), whichever is listed last.
+#[test]
+fn g7_the_back_of_a_lamp_does_not_hide_the_lamp_in_its_plane() {
+    let lamp = |normal: &str| {
+        format!(
+            "[[disc]]\ncenter = [0, 1, 0]\nnormal = {normal}\nradius = 1\nmaterial = \"lamp\"\n"
+        )
+    };
+    let [down, up] = ["[0, -1, 0]", "[0, 1, 0]"].map(lamp);
+    let room = "[camera]\neye = [0, 0.5, 0]\ntarget = [0, 0, 0]\nup = [0, 0, -1]\nvertical_fov_deg = 0.001\n\
+                [film]\nwidth = 2\nheight = 2\n[material.floor]\ndiffuse = { reflectance = [0.5, 0.5, 0.5] }\n\
+                [material.lamp]\nemission = { radiance = [1, 1, 1] }\n\
+                [[plane]]\npoint = [0, 0, 0]\nnormal = [0, 1, 0]\nmaterial = \"floor\"\n";
+    let seen = [("camera.target", "[0, 1, 0]")];
+    for lamps in [format!("{down}{up}"), format!("{up}{down}")] {
+        let text = format!("{room}{lamps}");
+        assert_mean(&path(&text, 40_000, &[]), Rgb::splat(0.25), 0.02);
+        for integrator in [Integrator::Path, Integrator::Whitted, Integrator::Pppm] {
+            let film = outcome(&text, by(integrator, 1), &seen).film;
+            assert_eq!(film.mean(), Rgb::ONE, "{integrator:?}");
+        }
+    }
+}
+
 /// G7. The light of a lamp within glass is less by the index squared when it has left, and by what the face reflects.
 #[test]
 fn g7_a_lamp_within_glass_is_seen_dimmed_by_the_square_of_the_index() {

@@ -1,9 +1,10 @@
 //! Pictures as outputs: their names, and what is said about them.
 
+use crate::image::file::probe;
 use crate::image::picture::Picture;
 use crate::image::{exr, png};
 use crate::render::film::Film;
-use anyhow::bail;
+use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
 
 /// Whether a path has this extension, in any case.
@@ -28,15 +29,34 @@ pub(super) fn check_names(paths: &[PathBuf]) -> anyhow::Result<()> {
     }
 }
 
-/// Writes a picture under each name, in the format that it says.
+/// Refuses files that could not be written, before work is put into them.
+pub(super) fn check_places<'a>(paths: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<()> {
+    all(paths
+        .into_iter()
+        .map(|path| probe(path).with_context(|| path.display().to_string())))
+}
+
+/// Writes a picture under each name, in the format that it says; under the others, too, if one cannot be written.
 pub(super) fn write(picture: &Picture, exposure: f64, paths: &[PathBuf]) -> anyhow::Result<()> {
-    for path in paths {
+    all(paths.iter().map(|path| {
         if is(path, "exr") {
             exr::write(picture, path)?;
         } else {
             png::write(picture, exposure, path)?;
         }
         eprintln!("photolathe: wrote {}", path.display());
+        Ok(())
+    }))
+}
+
+/// Does all that is given, and then tells every fault.
+pub(super) fn all(tasks: impl IntoIterator<Item = anyhow::Result<()>>) -> anyhow::Result<()> {
+    let faults: Vec<String> = tasks
+        .into_iter()
+        .filter_map(|task| Some(format!("{:#}", task.err()?)))
+        .collect();
+    if !faults.is_empty() {
+        bail!(faults.join("; "));
     }
     Ok(())
 }

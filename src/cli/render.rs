@@ -285,17 +285,15 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
         .as_deref()
         .map(|path| open_reference(path, &scene))
         .transpose()?;
+    let files = outputs.iter().chain(&args.stats);
+    pictures::check_places(files.map(PathBuf::as_path))?;
     let mut viewers = Viewers::open(args, &scene, &settings)?;
 
     let render_start = Instant::now();
     let outcome = watch::render(args, &scene, &settings, reference.as_ref(), &mut viewers)?;
     viewers.last(&outcome);
     let render_s = render_start.elapsed().as_secs_f64();
-    if let Some(path) = &args.stats {
-        let stats = statistics(&outcome, &settings, start.elapsed().as_secs_f64(), render_s);
-        write_atomically(path, format!("{stats:#}\n").as_bytes())
-            .with_context(|| path.display().to_string())?;
-    }
+    let stats = statistics(&outcome, &settings, start.elapsed().as_secs_f64(), render_s);
     if let Some(summary) = outcome.errors.as_ref().and_then(Errors::summary) {
         eprintln!("photolathe: {}", estimated(summary));
     }
@@ -306,7 +304,13 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
              thinner than the rounding of its place): they may have passed through it"
         );
     }
-    write(args, &scene, settings, outcome, &outputs)?;
+    // The pictures first: they are what the time was spent on.
+    let written = write(args, &scene, settings, outcome, &outputs);
+    let counted = args.stats.as_deref().map_or(Ok(()), |path| {
+        write_atomically(path, format!("{stats:#}\n").as_bytes())
+            .with_context(|| path.display().to_string())
+    });
+    pictures::all([written, counted])?;
     viewers.close();
     Ok(ExitCode::SUCCESS)
 }

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::Write as _;
 use std::path::Path;
+use tempfile::NamedTempFile;
 
 /// Writes `bytes` to `path` so that no reader, and no crash, ever sees a part of them. Makes the directory if it is absent.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
@@ -14,6 +15,22 @@ pub fn stream_atomically<E: From<std::io::Error>>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<(), E>,
 ) -> Result<(), E> {
+    let mut file = beside(path)?;
+    write(file.as_file_mut())?;
+    file.persist(path).map_err(|error| error.error)?;
+    Ok(())
+}
+
+/// Whether a file could be written to `path` now: makes its directory if that is absent, and nothing else.
+pub fn probe(path: &Path) -> std::io::Result<()> {
+    if path.is_dir() {
+        return Err(std::io::ErrorKind::IsADirectory.into());
+    }
+    beside(path).map(drop)
+}
+
+/// A temporary file in the directory of `path`, which is made if it is absent.
+fn beside(path: &Path) -> std::io::Result<NamedTempFile> {
     let directory = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -27,8 +44,5 @@ pub fn stream_atomically<E: From<std::io::Error>>(
         // The usual mode of a new file (the process's mask applies), not the private one of a temporary file.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(directory)?;
-    write(file.as_file_mut())?;
-    file.persist(path).map_err(|error| error.error)?;
-    Ok(())
+    builder.tempfile_in(directory)
 }

@@ -1,0 +1,101 @@
+//! What the command writes, and what it says where it cannot.
+
+use std::process::Command;
+use tempfile::TempDir;
+
+/// A lamp that fills the picture, and a floor that nothing sees.
+const SCENE: &str = r#"
+background = [0, 0, 0]
+[camera]
+eye = [0, 0, 1]
+target = [0, 0, 0]
+vertical_fov_deg = 40
+[film]
+width = 4
+height = 3
+[material.lamp]
+emission = { radiance = [2, 2, 2] }
+[material.grey]
+diffuse = { reflectance = [0.5, 0.5, 0.5] }
+[[quad]]
+corner = [-2, -2, 0]
+edge_u = [4, 0, 0]
+edge_v = [0, 4, 0]
+material = "lamp"
+[[plane]]
+point = [0, -9, 0]
+normal = [0, 1, 0]
+material = "grey"
+"#;
+
+/// A folder with the scene, where the program works.
+struct Place(TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("scene.toml"), SCENE).expect("the scene is written");
+        Self(folder)
+    }
+
+    /// Exit code and what is said on stderr, for words without blanks.
+    fn run(&self, words: &str) -> (Option<i32>, String) {
+        let done = Command::new(env!("CARGO_BIN_EXE_photolathe"))
+            .args(words.split_whitespace())
+            .current_dir(self.0.path())
+            .output()
+            .expect("the program starts");
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        (done.status.code(), said)
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.0.path().join(name).exists()
+    }
+}
+
+/// A name that no file can have, though its directory takes files: this shows at the last moment.
+fn endless(extension: &str) -> String {
+    format!("{}.{extension}", "x".repeat(300))
+}
+
+#[test]
+fn a_finished_render_is_kept_though_another_file_cannot_be_written() {
+    let place = Place::new();
+    let render = "render scene.toml --integrator path --spp 1";
+    let (code, said) = place.run(&format!("{render} -o a.exr --stats {}", endless("json")));
+    assert_eq!(code, Some(2), "{said}");
+    assert!(place.has("a.exr") && said.contains("xxx.json"), "{said}");
+
+    let (one, other) = (endless("exr"), endless("png"));
+    let (code, said) = place.run(&format!(
+        "{render} -o {one} -o b.exr -o {other} --stats b.json"
+    ));
+    assert_eq!(code, Some(2), "{said}");
+    assert!(place.has("b.exr") && place.has("b.json"), "{said}");
+    assert!(
+        said.contains("xxx.exr") && said.contains("xxx.png"),
+        "{said}"
+    );
+}
+
+#[test]
+fn files_that_cannot_be_written_are_refused_before_the_first_pass() {
+    let place = Place::new();
+    let render = "render scene.toml --integrator path --spp 1 -o a.exr";
+    for more in [
+        "-o scene.toml/below-a-file.png",
+        "--stats scene.toml/below-a-file.json",
+        "--stats .",
+    ] {
+        let (code, said) = place.run(&format!("{render} {more}"));
+        assert_eq!(code, Some(2), "{said}");
+        assert!(!place.has("a.exr"), "{more}: {said}");
+    }
+    let part = "render scene.toml --integrator pppm --pass-range 0..1 -o scene.toml/a.part";
+    let (code, said) = place.run(part);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(!said.contains("estimated error"), "{said}");
+    let left = std::fs::read_dir(place.0.path()).expect("a folder").count();
+    assert_eq!(left, 1, "only the scene");
+}

@@ -99,3 +99,29 @@ fn files_that_cannot_be_written_are_refused_before_the_first_pass() {
     let left = std::fs::read_dir(place.0.path()).expect("a folder").count();
     assert_eq!(left, 1, "only the scene");
 }
+
+/// By `render` and by `merge`; the largest number that fits is written without a word.
+#[test]
+fn a_picture_with_infinite_pixels_is_written_but_told() {
+    let place = Place::new();
+    let lamp = |radiance: &str| format!("--set material.lamp.emission.radiance=[{radiance},1,1]");
+    for (radiance, expected) in [("1e40", Some(2)), ("3.4e38", Some(0))] {
+        let lamp = lamp(radiance);
+        let common = format!("render scene.toml --photons 0 --passes 2 {lamp}");
+        let told = |(code, said): (Option<i32>, String)| {
+            assert_eq!(code, expected, "{said}");
+            assert_eq!(said.contains("12 pixels"), expected == Some(2), "{said}");
+        };
+        told(place.run(&format!("{common} --integrator path --spp 2 -o a.exr")));
+        told(place.run(&format!("{common} --integrator pppm -o b.exr -o b.png")));
+        let (code, said) = place.run(&format!(
+            "{common} --integrator pppm --pass-range 0..2 -o c.part"
+        ));
+        assert_eq!(code, Some(0), "{said}");
+        told(place.run("merge c.part -o c.exr"));
+        for name in ["a.exr", "b.exr", "b.png", "c.exr"] {
+            assert!(place.has(name));
+            std::fs::remove_file(place.0.path().join(name)).expect("a file");
+        }
+    }
+}

@@ -43,6 +43,7 @@ pub fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     let picture = Picture::of_film(&whole.film).described(&whole.origin, whole.passes.end);
     eprintln!("photolathe: joined {} passes", whole.passes.end);
     pictures::write(&picture, args.exposure, &args.out)?;
+    pictures::check_colours(&picture)?;
     pictures::check_samples(&whole.film)?;
     Ok(ExitCode::SUCCESS)
 }

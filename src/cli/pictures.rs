@@ -71,3 +71,15 @@ pub(super) fn check_samples(film: &Film) -> anyhow::Result<()> {
     }
     Ok(())
 }
+
+/// Fails if colours became infinite when they were rounded: the picture, already written, shows them so.
+pub(super) fn check_colours(picture: &Picture) -> anyhow::Result<()> {
+    let infinite = picture.infinite();
+    if infinite > 0 {
+        bail!(
+            "{infinite} pixels are brighter than {:.1e}, the most that a picture's numbers hold: they are infinite in it",
+            f32::MAX
+        );
+    }
+    Ok(())
+}

@@ -330,6 +330,7 @@ fn write(
                 .with_features(outcome.features.as_ref())
                 .described(&origin, outcome.passes);
             pictures::write(&picture, args.exposure, outputs)?;
+            pictures::check_colours(&picture)?;
             outcome.film
         }
         Some(range) => {

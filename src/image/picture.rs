@@ -132,6 +132,12 @@ impl Picture {
         self
     }
 
+    /// Number of pixels with a colour that is not finite: beyond what an f32 holds.
+    pub fn infinite(&self) -> usize {
+        let infinite = |rgb: &&[f32; 3]| !rgb.iter().all(|value| value.is_finite());
+        self.rgb.iter().filter(infinite).count()
+    }
+
     /// BLAKE3 hash of size and radiance bits, hexadecimal: equal for two pictures exactly when every pixel is.
     pub fn digest(&self) -> String {
         let mut hasher = blake3::Hasher::new();

@@ -104,45 +104,33 @@ struct Towards {
     error: f64,
 }
 
-/// All lights of a scene, with a distribution over them in proportion to their power.
+/// All lights of a scene, with a distribution over them in proportion to their power: to their share of the power of each colour channel,
+/// in the mean over the channels, so that no channel rests on a light that is hardly ever drawn.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     lights: Vec<Light>,
-    /// Running sums of the shares of power; the last is 1 if there is any power.
+    /// Running sums of the probabilities, in multiples of [`GRAIN`]; the last is 1 if there is any power.
     cumulative: Vec<f64>,
     /// Flux of an unaimed photon of each: power over probability.
     fluxes: Vec<Rgb>,
     aim: Aim,
 }
 
+/// Uniform numbers are multiples of this: a light comes exactly as often as its probability says if that is one, too.
+const GRAIN: f64 = 1.0 / (1_u64 << 53) as f64;
+
 impl Lights {
-    /// The lights, with their shares of the total power.
+    /// The lights, with their probabilities.
     pub fn new(lights: Vec<Light>) -> Self {
-        let powers: Vec<f64> = lights
-            .iter()
-            .map(|light| light.power().max_element())
-            .collect();
-        let total: f64 = powers.iter().sum();
-        let mut sum = 0.0;
-        let mut cumulative: Vec<f64> = powers
-            .iter()
-            .map(|power| {
-                sum += power;
-                if total > 0.0 { sum / total } else { 0.0 }
-            })
-            .collect();
-        // Rounding must not leave a light without power at the end with a share.
-        if let Some(last) = powers.iter().rposition(|&power| power > 0.0) {
-            cumulative[last..].fill(1.0);
-        }
+        let powers: Vec<Rgb> = lights.iter().map(Light::power).collect();
         let mut all = Self {
+            cumulative: running_shares(&powers),
             lights,
-            cumulative,
             fluxes: Vec::new(),
             aim: Aim::default(),
         };
-        let flux = |(number, light): (usize, &Light)| light.power() / all.probability(number);
-        all.fluxes = all.lights.iter().enumerate().map(flux).collect();
+        let flux = |(number, power): (usize, &Rgb)| *power / all.probability(number);
+        all.fluxes = powers.iter().enumerate().map(flux).collect();
         all
     }
 
@@ -177,7 +165,7 @@ impl Lights {
             }
     }
 
-    /// A light, with probability in proportion to its power. `None` if all is dark.
+    /// A light, with its probability. `None` if all is dark.
     pub fn choose(&self, u: f64) -> Option<usize> {
         if self.dark() {
             return None;
@@ -209,6 +197,33 @@ impl Lights {
             light,
         })
     }
+}
+
+/// Running sums of the shares that lights of such powers have of the power of a channel, in the mean over the channels with power. A
+/// light with power has at least a grain.
+fn running_shares(powers: &[Rgb]) -> Vec<f64> {
+    let total: Rgb = powers.iter().sum();
+    let lit = total.cmpgt(Rgb::ZERO);
+    let channels = f64::from(lit.bitmask().count_ones());
+    let mut left = powers.iter().filter(|&&power| power != Rgb::ZERO).count();
+    let (mut sum, mut so_far) = (Rgb::ZERO, 0.0_f64);
+    let next = |&power: &Rgb| {
+        sum += power;
+        if power != Rgb::ZERO {
+            left -= 1;
+            let share = Rgb::select(lit, sum / total, Rgb::ZERO).element_sum() / channels;
+            // Rounding must leave room for those that follow, and the last one takes what is left.
+            let most = 1.0 - left as f64 * GRAIN;
+            let share = if left == 0 {
+                1.0
+            } else {
+                (share / GRAIN).ceil() * GRAIN
+            };
+            so_far = share.max(so_far + GRAIN).min(most);
+        }
+        so_far
+    };
+    powers.iter().map(next).collect()
 }
 
 impl Light {

@@ -384,6 +384,47 @@ fn many_lights_share_photons_by_power_and_lose_none() {
     );
 }
 
+/// A dim green lamp beside a red one of 10¹⁷ times its power: half of all photons are green, and carry its power. Of lamps that are alike in
+/// colour even the dimmest is drawn, exactly as often as its probability says, wherever it is listed.
+#[test]
+fn no_light_is_too_weak_to_be_drawn() {
+    let point = |intensity: Rgb| point_light(v(0.0, 1.0, 0.0), intensity);
+    let [green, red] = [Rgb::new(0.0, 1.0, 0.0), Rgb::new(1e17, 0.0, 0.0)];
+    for intensities in [[green, red], [red, green]] {
+        let lights = Lights::new(intensities.map(point).to_vec());
+        assert_eq!([0, 1].map(|light| lights.probability(light)), [0.5; 2]);
+        let mut numbers = stream(5);
+        let n = 4000;
+        let fluxes = (0..n).filter_map(|_| lights.emit(&mut numbers));
+        let mean = fluxes.map(|photon| photon.flux).sum::<Rgb>() / f64::from(n);
+        // Six standard errors of half of the photons.
+        assert!(
+            (mean / lights.power() - 1.0)
+                .with_z(0.0)
+                .abs()
+                .max_element()
+                < 6.0 / 4000_f64.sqrt()
+        );
+    }
+    let grain = 0.5_f64.powi(53);
+    for powers in [
+        [1e-30, 1.0, 1e-30],
+        [1.0, 1e-30, 1e-30],
+        [1e-30, 1e-30, 1.0],
+    ] {
+        let lights = Lights::new(powers.map(|power| point(Rgb::splat(power))).to_vec());
+        let mut below = 0.0;
+        for light in 0..3 {
+            let probability = lights.probability(light);
+            assert!(probability >= grain);
+            assert_eq!(lights.choose(below), Some(light));
+            below += probability;
+            assert_eq!(lights.choose(below - grain), Some(light));
+        }
+        assert_eq!(below, 1.0);
+    }
+}
+
 #[test]
 fn dark_lights_emit_nothing() {
     assert!(Lights::new(Vec::new()).dark());

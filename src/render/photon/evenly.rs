@@ -5,8 +5,11 @@ use crate::numeric::rng::{Purpose, Stream};
 
 /// Steps of the two places in a pixel, in 2⁻⁶⁴: 1/g and 1/g² with g³ = g + 1, the sequence R₂ (Roberts 2018).
 const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1D];
-/// Step of the number that chooses the way: 1/φ, φ the golden ratio, so that it keeps no pace with the places.
-const CHOICE_STEP: u64 = 0x9E37_79B9_7F4A_7C15;
+/// Step of the number that chooses the way, .633014: it keeps no pace with the places, and by itself is nearly as even as the golden ratio's.
+/// That one, 1/φ, would not do: 1/g − 2/g² − 1/φ = −1.0028, so what depends on x − 2 y and on the choice, as stripes seen in a reflection
+/// do, would hardly change its phase in a hundred passes. Found by search: no sum of h₀, h₁ and h₂ ≠ 0 steps of x, y and the choice,
+/// |h| ≤ 24, comes closer to whole turns than .042/(h₀ h₁ h₂)², zeros left out (with 1/φ: .011).
+const CHOICE_STEP: u64 = 0xA20D_349B_E8FF_327B;
 /// Choices made by that number; a choice uses some of its 53 bits up, five where glass reflects 4 %.
 const CHOICES: u32 = 8;
 
@@ -91,12 +94,73 @@ mod tests {
             let empty = cells.iter().filter(|&&cell| !cell).count();
             assert!(empty <= 12, "{empty}");
         }
-        // 1/g, 1/g² and 1/φ to the last digit, with g³ = g + 1 and φ² = φ + 1.
+        // 1/g and 1/g² to the last digit, with g³ = g + 1.
         let share = |step: u64| step as f64 / (1_u128 << 64) as f64;
         let g: f64 = 1.324_717_957_244_746;
         assert!((share(STEPS[0]) * g - 1.0).abs() < 1e-15);
         assert!((share(STEPS[1]) * g * g - 1.0).abs() < 1e-15);
-        assert!((share(CHOICE_STEP) * 0.5 * (1.0 + 5.0_f64.sqrt()) - 1.0).abs() < 1e-15);
+    }
+
+    /// How far h₀ steps in x, h₁ in y and h₂ of the choice are from whole turns.
+    fn off_whole_turns(h: [i64; 3], choice_step: u64) -> f64 {
+        let steps = [STEPS[0], STEPS[1], choice_step];
+        let turned = h.iter().zip(steps).fold(0_u64, |turned, (&times, step)| {
+            turned.wrapping_add((times as u64).wrapping_mul(step))
+        });
+        (turned as i64).unsigned_abs() as f64 / (1_u128 << 64) as f64
+    }
+
+    /// The least distance from whole turns times the squared order of the harmonic, the product of what is not 0: what a harmonic adds to the
+    /// error before it turns, against chance, goes as the inverse.
+    fn least_resonance(choice_step: u64) -> f64 {
+        let order = |h: i64| h.abs().max(1) as f64;
+        let pairs = (-24..=24).flat_map(|x| (-24..=24).map(move |y| (x, y)));
+        let all = pairs.flat_map(|(x, y)| (1..=24).map(move |choice| [x, y, choice]));
+        all.map(|h| {
+            let order: f64 = h.map(order).iter().product();
+            off_whole_turns(h, choice_step) * order * order
+        })
+        .fold(f64::INFINITY, f64::min)
+    }
+
+    const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
+
+    #[test]
+    fn the_choice_keeps_no_pace_with_the_place() {
+        assert!(least_resonance(CHOICE_STEP) > 0.042);
+        assert!(least_resonance(GOLDEN) < 0.012);
+    }
+
+    /// Mean square of the error of what a striped reflection, chosen half of the time, gives in so many passes, against that of as
+    /// many independent ones; the worst of all stripes up to the third harmonic.
+    fn worst_of_stripes(passes: u64, choice_step: u64) -> f64 {
+        let stripes = (-3..=3).flat_map(|x| (0..=3).map(move |y| [f64::from(x), f64::from(y)]));
+        let error = |stripe: [f64; 2]| {
+            let mut stream = Stream::new(4, Purpose::Test, 0);
+            let squares = (0..200).map(|_| {
+                let (start, first) = (stream.uniform2(), stream.uniform());
+                let seen = (0..passes).filter(|&pass| {
+                    let [x, y] = place(start, pass);
+                    let across = (stripe[0] * x + stripe[1] * y).rem_euclid(1.0);
+                    across < 0.5 && moved(first, pass, choice_step) < 0.5
+                });
+                let share = seen.count() as f64 / passes as f64;
+                (share - 0.25) * (share - 0.25)
+            });
+            squares.sum::<f64>() / 200.0 / (0.25 * 0.75 / passes as f64)
+        };
+        let worst = |worst: f64, stripe| worst.max(error(stripe));
+        stripes
+            .filter(|&stripe| stripe != [0.0; 2])
+            .fold(0.0, worst)
+    }
+
+    #[test]
+    fn no_stripes_in_a_reflection_are_seen_worse_than_by_chance() {
+        for passes in [16, 64, 128, 256] {
+            assert!(worst_of_stripes(passes, CHOICE_STEP) < 1.0, "{passes}");
+        }
+        assert!(worst_of_stripes(128, GOLDEN) > 2.0);
     }
 
     /// The way taken, a bit for each of its choices: R, TR, TTR and TTT for shares 0.04, 0.3 and 0.5 of R.

@@ -17,7 +17,8 @@ Example:
   photolathe merge a.part b.part -o cup.exr
 
 The picture has the bytes of `render --passes 64`, for any parts in any order that hold every pass from 0 on once. Parts of other
-scenes, settings, seeds or versions, passes held twice, and missing passes are refused.")]
+scenes, settings, seeds or programs (by their sources, not by the version's number alone), passes held twice, and missing passes are
+refused.")]
 pub struct MergeArgs {
     /// Files written by `render --pass-range`.
     #[arg(required = true, value_name = "PART")]

@@ -4,7 +4,7 @@
 //! unbroken render. A part file describes itself:
 //!
 //! ```text
-//! photolathe part 1⏎
+//! photolathe part 2⏎
 //! length of the header, 8 bytes, little-endian
 //! header, JSON: what decides the picture, the passes first..end, width, height
 //! pixels, row by row from the top, 168 bytes each: limbs and places of six sums, samples, bad samples
@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::Path;
 
-const MAGIC: &[u8] = b"photolathe part 1\n";
+const MAGIC: &[u8] = b"photolathe part 2\n";
 const CHECKSUM: usize = blake3::OUT_LEN;
 
 /// Some passes of a render.
@@ -190,6 +190,7 @@ impl Merged {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::picture::Picture;
     use crate::render::settings::Settings;
     use crate::scene::Rgb;
     use crate::scene::options::RenderTable;
@@ -209,6 +210,7 @@ mod tests {
         Part {
             origin: Origin {
                 program_version: "1".to_owned(),
+                program_source: "f00d".to_owned(),
                 scene_hash: "abc".to_owned(),
                 solver: "S".to_owned(),
                 settings,
@@ -256,6 +258,20 @@ mod tests {
     }
 
     #[test]
+    fn a_part_names_the_sources_of_its_program_and_a_picture_does_not() {
+        let part = part(0..1, 1);
+        let fingerprint = |bytes: &[u8]| bytes.windows(4).any(|four| four == b"f00d");
+        assert!(fingerprint(&part.encode()));
+        let picture = Picture::of_film(&part.film).described(&part.origin, 1);
+        assert!(
+            picture
+                .attributes
+                .values()
+                .all(|text| !text.contains("f00d"))
+        );
+    }
+
+    #[test]
     fn gaps_overlaps_and_strangers_are_refused() {
         let refused = |parts: &[Part], words: &str| {
             let fault = merged(parts).expect_err("refused");
@@ -273,6 +289,12 @@ mod tests {
         let mut other = part(3..4, 1);
         other.origin.scene_hash = "abd".to_owned();
         refused(&[part(0..3, 1), other], "scene_hash differs");
+        let mut other = part(3..4, 1);
+        other.origin.program_source = "beef".to_owned();
+        refused(
+            &[part(0..3, 1), other],
+            "program_source differs: beef against f00d",
+        );
         let mut other = part(3..4, 1);
         other.origin.settings.passes = 5;
         assert!(merged(&[part(0..3, 1), other]).is_ok());

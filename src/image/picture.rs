@@ -32,6 +32,9 @@ pub struct Picture {
 pub struct Origin {
     /// Name and version of the program.
     pub program_version: String,
+    /// Fingerprint of the program's sources. It says whether passes fit together, and is not in pictures: where other code changes no
+    /// result, it changes no byte.
+    pub program_source: String,
     /// Hash of the scene, [`Scene::hash`].
     pub scene_hash: String,
     /// Solver with its parameters.
@@ -45,6 +48,7 @@ impl Origin {
     pub fn of(scene: &Scene, settings: &Settings) -> Self {
         Self {
             program_version: concat!("photolathe ", env!("CARGO_PKG_VERSION")).to_owned(),
+            program_source: env!("PHOTOLATHE_SOURCE").to_owned(),
             scene_hash: scene.hash.clone(),
             solver: format!("{:?}", scene.solver),
             settings: settings.clone(),
@@ -56,6 +60,7 @@ impl Origin {
         let words = |origin: &Self| -> Vec<(String, String)> {
             let mut words = vec![
                 ("program_version".to_owned(), origin.program_version.clone()),
+                ("program_source".to_owned(), origin.program_source.clone()),
                 ("scene_hash".to_owned(), origin.scene_hash.clone()),
                 ("solver".to_owned(), origin.solver.clone()),
             ];
@@ -113,7 +118,8 @@ impl Picture {
         }
     }
 
-    /// Notes in the header what decides the bytes: the origin's words, `settings` as JSON, the `seed` and the `passes` done; never
+    /// Notes in the header what decides the bytes: the origin's words but for the
+    /// fingerprint of the sources, `settings` as JSON, the `seed` and the `passes` done; never
     /// threads, paths or times.
     #[must_use]
     pub fn described(mut self, origin: &Origin, passes: u64) -> Self {

@@ -125,3 +125,20 @@ fn a_picture_with_infinite_pixels_is_written_but_told() {
         }
     }
 }
+
+#[test]
+fn a_file_that_cannot_be_read_or_written_is_told_once() {
+    let place = Place::new();
+    let long = endless("exr");
+    for command in [
+        "compare absent.exr absent.exr".to_owned(),
+        "merge absent.part -o a.exr".to_owned(),
+        "render scene.toml --reference absent.exr".to_owned(),
+        "render scene.toml --stats scene.toml/below".to_owned(),
+        format!("render scene.toml --integrator path --spp 1 -o {long}"),
+    ] {
+        let (code, said) = place.run(&command);
+        assert_eq!(code, Some(2), "{said}");
+        assert_eq!(said.matches("os error").count(), 1, "{said}");
+    }
+}

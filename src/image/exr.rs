@@ -29,17 +29,17 @@ const MAX_ATTRIBUTE_BYTES: usize = 1 << 20;
 /// Writes a picture, whole or not at all.
 pub fn write(picture: &Picture, path: &Path) -> std::result::Result<(), ImageError> {
     let bytes = encode(picture).map_err(|reason| ImageError::bad(path, reason))?;
-    write_atomically(path, &bytes).map_err(|source| ImageError::File {
+    write_atomically(path, &bytes).map_err(|reason| ImageError::File {
         path: path.to_owned(),
-        source,
+        reason,
     })
 }
 
 /// Reads a picture.
 pub fn read(path: &Path) -> std::result::Result<Picture, ImageError> {
-    let bytes = std::fs::read(path).map_err(|source| ImageError::File {
+    let bytes = std::fs::read(path).map_err(|reason| ImageError::File {
         path: path.to_owned(),
-        source,
+        reason,
     })?;
     decode(&bytes).map_err(|reason| ImageError::bad(path, reason))
 }

@@ -13,12 +13,12 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The file system says no.
-    #[error("{path}: {source}")]
+    #[error("{path}: {reason}")]
     File {
         /// The file.
         path: PathBuf,
-        /// The reason.
-        source: std::io::Error,
+        /// The reason. Not the error's `source`: who prints those, too, would say it twice.
+        reason: std::io::Error,
     },
     /// The file is not what it should be.
     #[error("{path}: {reason}")]

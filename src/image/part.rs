@@ -45,17 +45,17 @@ struct Header {
 impl Part {
     /// Writes the part, whole or not at all.
     pub fn write(&self, path: &Path) -> Result<(), ImageError> {
-        write_atomically(path, &self.encode()).map_err(|source| ImageError::File {
+        write_atomically(path, &self.encode()).map_err(|reason| ImageError::File {
             path: path.to_owned(),
-            source,
+            reason,
         })
     }
 
     /// Reads a part.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
-        let bytes = std::fs::read(path).map_err(|source| ImageError::File {
+        let bytes = std::fs::read(path).map_err(|reason| ImageError::File {
             path: path.to_owned(),
-            source,
+            reason,
         })?;
         Self::decode(&bytes).map_err(|reason| ImageError::bad(path, reason))
     }

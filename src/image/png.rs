@@ -9,9 +9,9 @@ use std::path::Path;
 /// Writes a picture, whole or not at all; `exposure` is a factor on radiance.
 pub fn write(picture: &Picture, exposure: f64, path: &Path) -> Result<(), ImageError> {
     let bytes = encode(picture, exposure).map_err(|reason| ImageError::bad(path, reason))?;
-    write_atomically(path, &bytes).map_err(|source| ImageError::File {
+    write_atomically(path, &bytes).map_err(|reason| ImageError::File {
         path: path.to_owned(),
-        source,
+        reason,
     })
 }
 

@@ -142,3 +142,25 @@ fn a_file_that_cannot_be_read_or_written_is_told_once() {
         assert_eq!(said.matches("os error").count(), 1, "{said}");
     }
 }
+
+#[test]
+fn flags_have_the_limits_of_the_file() {
+    let place = Place::new();
+    let render = "render scene.toml --integrator pppm --photons 0 --passes 1 -o a.exr";
+    for (key, most, beyond) in [
+        ("radius", "1e60", "1e61"),
+        ("threshold", "1e60", "1e200"),
+        ("time", "1e60", "inf"),
+        ("threads", "1", "1025"),
+    ] {
+        for (value, expected) in [(most, Some(0)), (beyond, Some(2))] {
+            for set in [
+                format!("--{key} {value}"),
+                format!("--set render.{key}={value}"),
+            ] {
+                let (code, said) = place.run(&format!("{render} {set}"));
+                assert_eq!(code, expected, "{set}: {said}");
+            }
+        }
+    }
+}

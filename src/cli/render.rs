@@ -14,8 +14,8 @@ use crate::render::driver::Outcome;
 use crate::render::photon::error::{Errors, Summary};
 use crate::render::settings::Settings;
 use crate::scene::options::{
-    Antialias, Aov, Hash, IndexName, Integrator, Kernel, RenderTable, Resampling, Rule, Sampler,
-    SolverName,
+    Antialias, Aov, Hash, IndexName, Integrator, Kernel, LARGEST, MOST_THREADS, RenderTable,
+    Resampling, Rule, Sampler, SolverName,
 };
 use crate::scene::{self, Scene};
 use anyhow::{Context, bail};
@@ -100,7 +100,7 @@ pub struct RenderArgs {
     #[arg(long, value_enum)]
     pub solver: Option<SolverName>,
     /// Threads (default: all cores); never changes a byte.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)))]
     pub threads: Option<u16>,
     /// Seed of all random numbers.
     #[arg(long)]
@@ -155,8 +155,8 @@ fn pass_range(text: &str) -> Result<Range<u64>, String> {
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("expected a finite number > 0".to_owned()),
+        Ok(value) if value > 0.0 && value <= LARGEST => Ok(value),
+        _ => Err(format!("expected a number > 0 and at most {LARGEST:e}")),
     }
 }
 

@@ -3,6 +3,12 @@
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
+/// Largest magnitude of a number in a scene file or on a command line. Areas of areas and fluxes made from such numbers stay finite.
+pub const LARGEST: f64 = 1e60;
+
+/// Most threads: more would only exhaust the machine.
+pub const MOST_THREADS: u16 = 1024;
+
 /// How light is transported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]

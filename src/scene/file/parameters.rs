@@ -7,11 +7,8 @@ use crate::geometry::bounds::Bounding;
 use crate::geometry::revolution::Solver;
 use crate::geometry::revolution::clipping::ClippingSettings;
 use crate::geometry::revolution::newton::{NewtonSettings, StartPolicy};
-use crate::scene::options::{RenderTable, SolverName};
+use crate::scene::options::{MOST_THREADS, RenderTable, SolverName};
 use clap::ValueEnum;
-
-/// Most threads: more would only exhaust the machine.
-const MOST_THREADS: u64 = 1024;
 
 /// Most starts and most iterations of Newton's method: far more than helps, few enough to end.
 const MOST_STEPS: u64 = 1_000_000;
@@ -69,7 +66,7 @@ pub(super) fn render(root: &Table) -> Result<RenderTable, SceneError> {
         pattern: choice(&table, "pattern")?,
         threshold: number("threshold", Range::Positive)?,
         solver: choice(&table, "solver")?,
-        threads: integer("threads", 1, MOST_THREADS)?.map(|threads| threads as usize),
+        threads: integer("threads", 1, MOST_THREADS.into())?.map(|threads| threads as usize),
         seed: integer("seed", 0, u64::MAX)?,
         max_depth: integer("max_depth", 0, word32)?.map(|depth| depth as u32),
         aov: choices(&table, "aov")?,

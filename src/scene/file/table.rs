@@ -3,11 +3,10 @@
 use super::document::{Entry, Node, Value};
 use super::error::{Origin, SceneError, Source};
 use crate::scene::Rgb;
+use crate::scene::options::LARGEST;
 use glam::DVec3;
 use std::fmt;
 
-/// Largest magnitude of a number. Areas of areas and fluxes made from such numbers stay finite.
-pub(super) const LARGEST: f64 = 1e60;
 /// Least distance of focus: its square is no denormal number.
 const LEAST_DISTANCE: f64 = 1e-60;
 

@@ -164,3 +164,26 @@ fn flags_have_the_limits_of_the_file() {
         }
     }
 }
+
+#[test]
+fn a_background_that_photons_cannot_start_from_is_told_with_its_place() {
+    let place = Place::new();
+    let expected = "expected [0, 0, 0] for photon mapping";
+    let white = SCENE.replace("background = [0, 0, 0]", "background = [1, 1, 1]");
+    std::fs::write(place.0.path().join("white.toml"), white).expect("the scene is written");
+    for (words, told) in [
+        ("white.toml", "white.toml:2:14: background = [1, 1, 1]: "),
+        (
+            "scene.toml --set background=[0,0,1]",
+            "--set background=[0,0,1]: ",
+        ),
+    ] {
+        let (code, said) = place.run(&format!("render {words} --integrator sppm -o a.exr"));
+        assert_eq!(code, Some(2), "{said}");
+        assert!(said.contains(&format!("{told}{expected}")), "{said}");
+        let (code, said) = place.run(&format!(
+            "render {words} --integrator path --spp 1 -o a.exr"
+        ));
+        assert_eq!(code, Some(0), "{said}");
+    }
+}

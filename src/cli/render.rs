@@ -17,7 +17,7 @@ use crate::scene::options::{
     Antialias, Aov, Hash, IndexName, Integrator, Kernel, LARGEST, MOST_THREADS, RenderTable,
     Resampling, Rule, Sampler, SolverName,
 };
-use crate::scene::{self, Scene};
+use crate::scene::{Rgb, Scene, file};
 use anyhow::{Context, bail};
 use clap::Args;
 use std::ops::Range;
@@ -241,6 +241,10 @@ impl RenderArgs {
             estimate_errors: true,
             ..Settings::resolve(&self.table().or(&scene.render))
         };
+        if settings.integrator.by_photons() && scene.background != Rgb::ZERO {
+            let expected = "[0, 0, 0] for photon mapping, as no photon can start from a background";
+            return Err(file::unfit(&self.scene, &self.overrides(), "background", expected).into());
+        }
         if let Some(range) = &self.pass_range {
             if !settings.passes_are_independent() {
                 bail!(
@@ -272,7 +276,7 @@ impl RenderArgs {
 pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let start = Instant::now();
     let outputs = args.outputs()?;
-    let scene = scene::file::load(&args.scene, &args.overrides())?;
+    let scene = file::load(&args.scene, &args.overrides())?;
     let settings = args.settings(&scene)?;
     let remarks = remarks::on(&scene, &settings);
     let unwritten = remarks::unwritten(&settings, &outputs);

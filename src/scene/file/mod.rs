@@ -19,6 +19,7 @@ use error::Source;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use table::Table;
 
 /// Most bytes of a scene file.
 pub const MAX_FILE_BYTES: u64 = 16 << 20;
@@ -60,6 +61,30 @@ pub fn parse(
             .map_err(|error| blame_overrides(error, overrides))?;
     }
     Ok(scene)
+}
+
+/// The error that something else was `expected` under a key of the top level, for who finds a good scene unfit for a purpose.
+pub fn unfit(path: &Path, overrides: &[Override], key: &str, expected: &str) -> SceneError {
+    let name = path.display().to_string();
+    let text = match read_text(path, &name) {
+        Ok(text) => text,
+        Err(error) => return error,
+    };
+    let source = Source {
+        name: &name,
+        text: &text,
+        overrides,
+    };
+    let fault = || {
+        let mut root = document::read(&source)?;
+        for index in 0..overrides.len() {
+            document::apply(&mut root, &source, index)?;
+        }
+        let field = Table::root(&source, &root, &[])?.get(key);
+        let field = field.map(|field| field.expected(expected));
+        Ok(field.unwrap_or_else(|| SceneError(format!("{name}: {key}: expected {expected}"))))
+    };
+    fault().unwrap_or_else(|error| error)
 }
 
 /// The error with the overrides named: the file by itself was good.

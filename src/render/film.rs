@@ -178,6 +178,7 @@ mod tests {
     use super::*;
     use crate::numeric::rng::{Purpose, Stream};
     use crate::numeric::statistics::Moments;
+    use crate::scene::MAX_PIXELS;
 
     #[test]
     fn mean_and_variance_of_the_mean_are_those_of_the_samples() {
@@ -234,6 +235,12 @@ mod tests {
             assert_eq!(pixel, whole);
             assert!(Pixel::read(&bytes[1..]).is_none() && Pixel::read(&[]).is_none());
         }
+    }
+
+    #[test]
+    fn the_largest_film_takes_twelve_gigabytes() {
+        let bytes = MAX_PIXELS * size_of::<Pixel>() as u64;
+        assert!((11.5e9..12.5e9).contains(&(bytes as f64)), "{bytes}");
     }
 
     #[test]

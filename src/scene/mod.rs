@@ -25,7 +25,7 @@ use material::Material;
 /// Linear RGB.
 pub type Rgb = DVec3;
 
-/// Most pixels of a film: 2²⁶ (8192 × 8192), about 4 GiB of statistics.
+/// Most pixels of a film: 2²⁶ (8192 × 8192), twelve gigabytes of statistics.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
 /// A shape with a material.

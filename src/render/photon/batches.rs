@@ -4,7 +4,8 @@ use super::trace::{self, Photons};
 use crate::render::settings::Settings;
 use crate::scene::Scene;
 
-/// Photon paths traced and gathered at a time: bounds the memory of a pass whatever its number of photons.
+/// Photon paths traced and gathered at a time, so that the memory of a pass does not grow with their number. It does with their length: a
+/// path leaves a photon at every diffuse surface that it meets, and only absorption and `max_depth` end it.
 const BATCH: u64 = 50_000;
 
 /// The photons of a pass, batch by batch.

@@ -18,6 +18,9 @@ use crate::numeric::statistics::student_quantile;
 use crate::scene::Rgb;
 use rayon::prelude::*;
 
+/// Least square of a mean radiance with an estimate: squares of errors down to the rounding of the mean are normal numbers then.
+const LEAST_SQUARE: f64 = f64::MIN_POSITIVE / (f64::EPSILON * f64::EPSILON);
+
 /// Weight of a photon at s = d²/r² in the estimate of the disc's bias.
 pub fn bias_weight(s: f64) -> f64 {
     6.0 * s - 3.0
@@ -141,11 +144,14 @@ impl Errors {
         &self.tallies
     }
 
-    /// The whole picture. `None` before the second pass and of a black picture.
+    /// The whole picture. `None` before the second pass, of a black picture, and where squares of its radiance leave the range of numbers.
     pub fn summary(&self) -> Option<Summary> {
         let sum = |of: fn(&Tally) -> f64| self.tallies.iter().map(of).sum::<f64>();
         let n = self.tallies.len() as f64;
         let mean = sum(Tally::reading) / n;
+        if mean * mean < LEAST_SQUARE {
+            return None;
+        }
         // Not `max`, which would take 0 for the NaN of a single pass.
         let share = |square: f64| (if square < 0.0 { 0.0 } else { square } / n).sqrt() / mean;
         let summary = Summary {
@@ -228,6 +234,26 @@ mod tests {
         assert!((summary.noise * 2.3 / (0.1 / 8.0_f64.sqrt()) - 1.0).abs() < 0.05);
         assert!((summary.bias * 2.3 / 0.3 - 1.0).abs() < 0.02);
         assert!((summary.total() - libm::hypot(summary.noise, summary.bias)).abs() < 1e-15);
+    }
+
+    /// Neither "0 %" nor a wrong number.
+    #[test]
+    fn radiance_whose_square_is_out_of_range_has_no_estimate() {
+        let estimate = |scale: f64| {
+            let mut errors = Errors::new(1);
+            for reading in [1.0, 1.5, 2.0] {
+                errors.add(&[Rgb::splat(scale * reading)], &[Rgb::ZERO]);
+            }
+            errors.summary()
+        };
+        let noise = estimate(1.0).map(|summary| summary.noise);
+        for scale in [1e-138, 1e150] {
+            let scaled = estimate(scale).expect("in range").noise;
+            assert!((scaled / noise.expect("an estimate") - 1.0).abs() < 1e-12);
+        }
+        for scale in [1e-300, 1e-160, 1e200] {
+            assert_eq!(estimate(scale), None);
+        }
     }
 
     #[test]

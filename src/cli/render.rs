@@ -299,7 +299,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<ExitCode> {
     let render_s = render_start.elapsed().as_secs_f64();
     let stats = statistics(&outcome, &settings, start.elapsed().as_secs_f64(), render_s);
     if let Some(summary) = outcome.errors.as_ref().and_then(Errors::summary) {
-        eprintln!("photolathe: {}", estimated(summary));
+        eprintln!("photolathe: {}", estimated(summary, &settings));
     }
     let unseparated = outcome.work.unseparated;
     if unseparated > 0 {
@@ -373,12 +373,20 @@ fn open_reference(path: &Path, scene: &Scene) -> anyhow::Result<Picture> {
     Ok(reference)
 }
 
-fn estimated(Summary { noise, bias }: Summary) -> String {
+fn estimated(summary: Summary, settings: &Settings) -> String {
+    // Samples that stay show no spread over the passes.
+    let beside = match (settings.integrator, settings.spp) {
+        (Integrator::Ppm, 1) => " beside the noise of 1 fixed camera sample a pixel".to_owned(),
+        (Integrator::Ppm, spp) => {
+            format!(" beside the noise of {spp} fixed camera samples a pixel")
+        }
+        _ => String::new(),
+    };
     format!(
-        "estimated error {:.2} % of the mean radiance (root mean square over pixels; noise {:.2} %, bias of the radius {:.2} %)",
-        100.0 * libm::hypot(noise, bias),
-        100.0 * noise,
-        100.0 * bias
+        "estimated error {:.2} % of the mean radiance{beside} (root mean square over pixels; noise {:.2} %, bias of the radius {:.2} %)",
+        100.0 * summary.total(),
+        100.0 * summary.noise,
+        100.0 * summary.bias
     )
 }
 

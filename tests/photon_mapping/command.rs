@@ -138,6 +138,10 @@ fn a_render_says_how_far_it_may_be_from_the_truth() {
         let left = render(ABOVE, &["--integrator", method]);
         assert!(left.said.contains("estimated error"), "{}", left.said);
         assert!(!left.said.contains("light") && !left.said.contains("photons"));
+        let fixed = left
+            .said
+            .contains("beside the noise of 4 fixed camera samples a pixel");
+        assert_eq!(fixed, method == "ppm", "{}", left.said);
         let noise = left.stats["estimated_noise"].as_f64().expect("a number");
         let bias = left.stats["estimated_bias"].as_f64().expect("a number");
         assert!(noise > 0.0 && noise < 1.0 && (0.0..1.0).contains(&bias));

@@ -5,11 +5,11 @@ use crate::numeric::rng::{Purpose, Stream};
 
 /// Steps of the two places in a pixel, in 2⁻⁶⁴: 1/g and 1/g² with g³ = g + 1, the sequence R₂ (Roberts 2018).
 const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1D];
-/// Step of the number that chooses the way, .852195: it keeps no pace with the places. 1/φ, φ the golden ratio, is the most even by itself,
+/// Step of the number that chooses the way, .79285: it keeps no pace with the places. 1/φ, φ the golden ratio, is the most even by itself,
 /// but 1/g − 2/g² − 1/φ = −1.0028, so what depends on x − 2 y and on the choice, as stripes seen in a reflection do, would hardly change
 /// its phase in a hundred passes. Found by search: of stripes of every direction with at most two periods a pixel along each axis, seen with
-/// probability .1 to .5, the square of the error is that of chance at worst, and mostly a seventh of it (with 1/φ: nine times at worst).
-const CHOICE_STEP: u64 = 0xDA29_7396_D091_7D6B;
+/// probability .1 to .5, the square of the error is 1.25 times that of chance at worst, and mostly a seventh of it (with 1/φ: 8.9 at worst).
+const CHOICE_STEP: u64 = 0xCAF8_37B4_A233_9C0F;
 /// Choices made by that number; a choice uses some of its 53 bits up, five where glass reflects 4 %.
 const CHOICES: u32 = 8;
 
@@ -156,9 +156,9 @@ mod tests {
     }
 
     #[test]
-    fn stripes_seen_by_choice_come_as_evenly_as_by_chance_or_more() {
-        assert!(worst_of_stripes(2, CHOICE_STEP) < 1.0);
-        assert!(worst_of_stripes(4, CHOICE_STEP) < 4.2);
+    fn stripes_seen_by_choice_come_hardly_less_evenly_than_by_chance() {
+        assert!(worst_of_stripes(2, CHOICE_STEP) < 1.3);
+        assert!(worst_of_stripes(4, CHOICE_STEP) < 6.5);
         assert!(worst_of_stripes(2, GOLDEN) > 8.0);
     }
 
@@ -183,8 +183,9 @@ mod tests {
             let found = squares.sum::<f64>() / f64::from(tries) / chance;
             let step = share(STEPS[0]) - 2.0 * share(STEPS[1]);
             let expected = error_against_chance(step, share(choice_step), probability, 128.0);
-            // Six standard errors of a mean square, and the harmonics left out.
-            assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
+            // Six standard errors of a mean square; harmonics left out are of no pace, so they bring a part of what chance does.
+            let most = 0.2 * expected + 0.15;
+            assert!((found - expected).abs() < most, "{found} {expected}");
         }
     }
 

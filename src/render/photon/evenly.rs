@@ -8,7 +8,7 @@ const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1D];
 /// Step of the number that chooses the way, .79285: it keeps no pace with the places. 1/φ, φ the golden ratio, is the most even by itself,
 /// but 1/g − 2/g² − 1/φ = −1.0028, so what depends on x − 2 y and on the choice, as stripes seen in a reflection do, would hardly change
 /// its phase in a hundred passes. Found by search: of stripes of every direction with at most two periods a pixel along each axis, seen with
-/// probability .1 to .5, the square of the error is 1.25 times that of chance at worst, and mostly a seventh of it (with 1/φ: 8.9 at worst).
+/// probability .1 to .5, the square of the error is 1.25 times that of chance at worst, .11 in the geometric mean (with 1/φ: 8.9 at worst).
 const CHOICE_STEP: u64 = 0xCAF8_37B4_A233_9C0F;
 /// Choices made by that number; a choice uses some of its 53 bits up, five where glass reflects 4 %.
 const CHOICES: u32 = 8;

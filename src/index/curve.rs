@@ -159,7 +159,7 @@ fn sample(points: &[DVec3]) -> impl Iterator<Item = DVec3> + '_ {
     runs.zip(0_u32..).map(|(run, number)| {
         // Evenly spread, so that photons of lamps that take turns are all seen (Weyl 1916, steps of the golden section).
         let within = u64::from(number.wrapping_mul(0x9e37_79b9));
-        run[(within * run.len() as u64 >> 32) as usize]
+        run[((within * run.len() as u64) >> 32) as usize]
     })
 }
 

@@ -118,9 +118,8 @@ impl Picture {
         }
     }
 
-    /// Notes in the header what decides the bytes: the origin's words but for the
-    /// fingerprint of the sources, `settings` as JSON, the `seed` and the `passes` done; never
-    /// threads, paths or times.
+    /// Notes in the header what decides the bytes: the origin's words but for the fingerprint of the sources, `settings` as JSON, the
+    /// `seed` and the `passes` done; never threads, paths or times.
     #[must_use]
     pub fn described(mut self, origin: &Origin, passes: u64) -> Self {
         let settings =

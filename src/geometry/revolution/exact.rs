@@ -43,8 +43,8 @@ pub struct Certified {
 }
 
 /// Every crossing inside the open range of a ray in the profile's own frame, by rising t; a tangency counts once, a point
-/// shared by two pieces once. Whether a root is real, in the piece and in the range is decided exactly, and so is the order, of t
-/// not rounded, but for crossings within some 1e-100 of each other, which stand by piece and u.
+/// shared by two pieces once. Whether a root is real, in the piece and in the range is decided exactly, and so is the order of crossings
+/// of different pieces, of t not rounded, down to 2⁻¹²⁸ of a rounding; others at the same f64 stand by piece and u.
 pub fn crossings(profile: &Profile, ray: &Ray) -> Vec<Crossing> {
     crossings_among(profile, ray, |_| true)
 }
@@ -148,7 +148,8 @@ fn solve(pieces: &[Piece], line: &Line, suspect: &dyn Fn(u32) -> bool) -> Vec<(f
     found
 }
 
-/// Sorts by rounded t first; what is then out of order stands next to its place.
+/// Sorts by rounded t first; what is then out of order stands next to its place. Sheets of one piece stand by u: where it folds they
+/// may all lie in one another.
 fn put_in_order(found: &mut [(f64, Solution)]) {
     // Stable: those of one piece stand by u.
     found.sort_by(|(a, first), (b, second)| a.total_cmp(b).then(first.piece.cmp(&second.piece)));
@@ -156,7 +157,7 @@ fn put_in_order(found: &mut [(f64, Solution)]) {
         for place in (1..=end).rev() {
             let (before, after) = found.split_at_mut(place);
             let ((a, first), (b, second)) = (&mut before[place - 1], &mut after[0]);
-            if first.order(*a, second, *b).is_le() {
+            if first.piece == second.piece || first.order(*a, second, *b).is_le() {
                 break;
             }
             found.swap(place - 1, place);

@@ -317,7 +317,7 @@ impl OnBranch {
 }
 
 /// Halvings after which two t count as one: they are the same, but for rays made to tell them apart.
-const ALIKE: u32 = 300;
+const ALIKE: u32 = 128;
 
 /// A root in u with one of its t.
 pub(super) struct Solution {

@@ -101,7 +101,10 @@ fn certified_on(pieces: &[Piece], line: &Line) -> Vec<Certified> {
         }
     };
     let found = solve(pieces, line, &|_| true).into_iter();
-    found.map(certify).collect()
+    let mut found: Vec<Certified> = found.map(certify).collect();
+    // Stable: only sheets of one piece move.
+    found.sort_by(|a, b| (a.t_low.total_cmp(&b.t_low)).then(a.t_high.total_cmp(&b.t_high)));
+    found
 }
 
 /// The polynomial of each piece whose roots in [0, 1] are the u of its crossings with the whole line, with the piece's index;

@@ -268,3 +268,17 @@ fn a_crossing_beyond_the_greatest_number_is_none() {
     assert_eq!((ours(&shape, &ray), many(&shape, &ray)), (None, None));
     assert_eq!((truth(&shape, &ray), all(&shape, &ray)), (vec![], vec![]));
 }
+
+/// Its sheets lie in one another, so that every crossing is one of three at the same t: no order to be found, and no work for it.
+#[test]
+fn a_fold_needs_no_exact_arithmetic() {
+    let fold = Revolution::new(Specimen::Fold.profile(), Placement::identity());
+    let (mut met, mut work) = (0, Work::default());
+    for index in 0..500 {
+        let s = &mut Stream::new(99, Purpose::Test, index);
+        let [o, d] = [(); 2].map(|()| DVec3::from_array([(); 3].map(|()| s.range(-1.0, 1.0))));
+        let ray = Ray::new(o - 3.0 * d, d);
+        met += u32::from(fold.nearest(&ray, &Solver::Bernstein, &mut work).is_some());
+    }
+    assert!(met > 100 && work.solver_fallbacks < 5, "{met} {work:?}");
+}
